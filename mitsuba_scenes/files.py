@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import mitsuba as mi
+import numpy as np
 
 from .discs import CD, DVD, disc_scene, window
 from .environment import FALLBACK_VARIANT, REPOSITORY, SetupError, use_variant
@@ -64,6 +65,22 @@ def with_files(scene: dict, folder: Path, stem: str) -> dict:
     return written
 
 
+def xml_text(state: mi.parser.ParserState) -> str:
+    """The XML of a parsed scene with a matrix for every transform. The transforms of `state` are replaced.
+
+    Mitsuba writes products of a scale, a rotation and a translation, whose relative errors reach 1e-3. A translation by
+    its number therefore stands for each transform until the matrix replaces it in the text.
+    """
+    matrices = []
+    for node in state.nodes:
+        for name, value in list(node.props.items()):
+            if isinstance(value, mi.ScalarTransform4d):
+                node.props[name] = mi.ScalarTransform4f().translate([len(matrices) + 1, 0, 0])
+                matrices.append(" ".join(repr(float(entry)) for entry in np.ravel(value.matrix)))
+    text = mi.parser.write_string(state)
+    return re.sub(r'<translate x="(\d+)"/>', lambda found: f'<matrix value="{matrices[int(found[1]) - 1]}"/>', text)
+
+
 def export(scene: dict, path: Path) -> Path:
     """Writes the scene as XML to `path`, with its textures beside it, and returns the path.
 
@@ -71,7 +88,7 @@ def export(scene: dict, path: Path) -> Path:
     """
     state = mi.parser.parse_dict(mi.parser.ParserConfig(mi.variant()), with_files(scene, path.parent, path.stem))
     # Mitsuba names the defaults resx and resy. It writes its own version, which earlier releases would refuse.
-    text = mi.parser.write_string(state).replace("resx", "width").replace("resy", "height")
+    text = xml_text(state).replace("resx", "width").replace("resy", "height")
     path.write_text(re.sub(r'(<scene version=)"[^"]*"', r'\1"3.0.0"', text))
     return path
 

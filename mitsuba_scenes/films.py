@@ -96,8 +96,7 @@ def box(centre_cm, size_cm, bsdf: dict) -> dict:
     """A box with edges along the axes."""
     x, y, z = centre_cm
     width, depth, height = (0.5 * edge for edge in size_cm)
-    # Half edges, since Mitsuba's cube has edges of length 2. The rotation maps the cube's y to z and its z to y. It
-    # makes Mitsuba write a matrix into XML files, where it would write a mere scale with relative errors of 1e-3.
+    # Half edges, since Mitsuba's cube has edges of length 2. The rotation maps the cube's y to z and its z to y.
     place = mi.ScalarTransform4f().look_at([x, y, z], [x, y + 1, z], [0, 0, 1]).scale([width, height, depth])
     return {"type": "cube", "to_world": place, "bsdf": bsdf}
 

@@ -144,6 +144,16 @@ def test_scenes_equal_their_files(folder, name):
     np.testing.assert_allclose(*means, rtol=SAME_SCENE_RTOL)
 
 
+def test_files_hold_transforms_exactly(tmp_path):
+    use_variant("scalar_rgb")
+    # Mitsuba's own text of this scale has an error of 1e-3.
+    place = mi.ScalarTransform4f().translate([0, -200, 0.1]).scale([300, 200, 1])
+    path = files.export({"type": "scene", "floor": {"type": "rectangle", "to_world": place}}, tmp_path / "floor.xml")
+    state = mi.parser.parse_file(mi.parser.ParserConfig(mi.variant()), str(path))
+    [found] = [node.props["to_world"] for node in state.nodes if "to_world" in node.props]
+    np.testing.assert_array_equal(found.matrix, place.matrix)
+
+
 def test_light_behind_the_spectacles_makes_colours():
     """Without gratings the street is grey; mean of the largest less the smallest channel over the brightness."""
 

@@ -80,8 +80,9 @@ impl Options {
     /// Estimate of memory and time to build a surface of `field`, without building it.
     pub fn demand(&self, field: &HeightField) -> BuildDemand {
         let (low, high) = field.range_um();
-        // A single row of pixels. The albedo of such a grating has ridges, which take more work.
-        let is_grating = field.size().1 == 1;
+        // A single row or column of pixels. The albedo of such a grating has ridges, which take more work.
+        let (nx, ny) = field.size();
+        let is_grating = nx == 1 || ny == 1;
         let energy = self.sizes.map_or(1.0, |sizes| sizes.energy_factor(high - low, is_grating));
         BuildDemand {
             size: field.size(),

@@ -168,17 +168,19 @@ impl BuildDemand {
         let Purpose::Surface { energy } = self.purpose else {
             return Estimate { bytes: own.peak_bytes, seconds: own.seconds };
         };
-        let mut peak_bytes = own.peak_bytes;
+        // Size of the table and its sampler.
+        let own_bytes = own.table_bytes * (1.0 + SAMPLER_FRACTION);
+        let mut peak_bytes = own.peak_bytes.max(own_bytes);
         let mut seconds = own.seconds * (1.0 + SAMPLER_FRACTION);
         if energy > 0.0 {
-            // A patch is divided by the albedo of its ensemble, whose table is built while the patch's table is in
-            // memory. The time of that table is estimated high: it has no sampler.
+            // A patch is divided by the albedo of its ensemble. The ensemble's table has no sampler, and is built while
+            // the patch's table and sampler are in memory.
             let albedo_source = match self.model {
                 Model::Ensemble => own,
                 Model::Patch => {
                     let ensemble = Self { model: Model::Ensemble, ..self.clone() }.table();
-                    peak_bytes = peak_bytes.max(own.table_bytes + ensemble.peak_bytes);
-                    seconds += ensemble.seconds * (1.0 + SAMPLER_FRACTION);
+                    peak_bytes = peak_bytes.max(own_bytes + ensemble.peak_bytes);
+                    seconds += ensemble.seconds;
                     ensemble
                 }
             };
@@ -186,8 +188,7 @@ impl BuildDemand {
             let shortest_seconds = if is_grating { GRATING_ENERGY_SECONDS } else { ENERGY_SECONDS };
             seconds += energy * (shortest_seconds + 1e-9 * ENERGY_KNOT_PAIR_NS * albedo_source.knots.powi(2));
         }
-        // In the end, the table and its sampler are in memory together.
-        Estimate { bytes: peak_bytes.max(own.table_bytes * (1.0 + SAMPLER_FRACTION)), seconds }
+        Estimate { bytes: peak_bytes, seconds }
     }
 
     /// Size in bytes of the [`super::SpectralTable`] alone.

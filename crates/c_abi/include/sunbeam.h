@@ -194,8 +194,10 @@ sunbeam_status sunbeam_surface_eval_pdf(const sunbeam_surface *surface,
 // - Item `i` of `pdf` receives its density, one float, as `sunbeam_surface_pdf` computes it.
 // - Item `i` of `weight` receives `f |cos(theta_o)| / pdf` at each wavelength.
 //
-// If `wi` or the sampled direction lies below the surface, all results of the item are zeros. Such a sample is valid
-// and contributes nothing. Other arguments and the treatment of bad items are those of `sunbeam_surface_eval`.
+// With `transmission`, `wi` and the samples may lie on either side of the surface. All results of an item are zeros
+// if the direction drawn lies beyond the horizon of its side or, without `transmission`, `wi` lies below the surface.
+// Such a sample is valid and contributes nothing. Other arguments and the treatment of bad items are those of
+// `sunbeam_surface_eval`.
 //
 // Requirements:
 // The requirements of `sunbeam_surface_eval` apply.

@@ -15,9 +15,9 @@ use std::time::{Duration, Instant};
 use sunbeam::cache::Cache;
 use sunbeam::colour_table::{ColourTable, ColourTableError, ColourTableOptions};
 use sunbeam::config::SurfaceConfig;
-use sunbeam::height_field::HeightField;
+use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::lobe::Surface;
-use sunbeam::scattering::Options;
+use sunbeam::scattering::{Options, SizeRange};
 use sunbeam::table::{BuildDemand, Model, Progress, Purpose, TableError, Tiling};
 use support::{refused, run};
 
@@ -179,6 +179,25 @@ fn estimates_are_fast_and_grow_with_the_build() {
         let (a, b) = (base.estimate(), more.estimate());
         assert!(b.seconds > a.seconds && b.bytes > a.bytes, "{more:?}: {b:?} is not above {a:?}");
     }
+}
+
+#[test]
+fn the_ensemble_of_a_patch_has_no_sampler() {
+    let seconds = |model, purpose| BuildDemand { model, purpose, ..demand((256, 256), 0.1, 0.5) }.estimate().seconds;
+    // Time of the division by the albedo.
+    let energy =
+        |model| seconds(model, Purpose::Surface { energy: 1.0 }) - seconds(model, Purpose::Surface { energy: 0.0 });
+    let expected = energy(Model::Ensemble) + seconds(Model::Ensemble, Purpose::Table);
+    assert!((energy(Model::Patch) / expected - 1.0).abs() < 1e-9, "{} {expected}", energy(Model::Patch));
+}
+
+#[test]
+fn gratings_along_both_axes_cost_the_same() {
+    let along_x = Preset::Blazed.build(None, None).unwrap();
+    let along_y = HeightField::new(along_x.heights_um().t().to_owned(), along_x.dy_um(), along_x.dx_um()).unwrap();
+    let sizes = Some(SizeRange { scale: [0.5, 1.0], depth: [0.5, 1.0] });
+    let options = Options { sizes, ..Options::default() };
+    assert_eq!(options.demand(&along_x).purpose, options.demand(&along_y).purpose);
 }
 
 /// Held by tests with long builds: one of them measures this process's time.

@@ -3,9 +3,12 @@
 use super::CompareError;
 use super::picture::{PIXELS_MAX, exr_channels};
 use std::ffi::OsStr;
-use std::fs::File;
-use std::io::BufReader;
+use std::io::Cursor;
 use std::path::Path;
+
+/// Upper bound on the compression ratio of Deflate (1032), with a margin for headers. It bounds the memory for a
+/// damaged PNG.
+const DEFLATE_RATIO_MAX: usize = 1040;
 
 /// The pixels that are compared.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,14 +66,19 @@ impl Mask {
             path: path.to_owned(),
             reason: format!("cannot be read as PNG: {reason}"),
         };
-        let file = File::open(path).map_err(|error| unreadable(error.to_string()))?;
-        let mut decoder = png::Decoder::new(BufReader::new(file));
+        let file = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
+        let mut decoder = png::Decoder::new(Cursor::new(&file));
         // Palettes become colours, and samples of less than 8 bits become bytes.
         decoder.set_transformations(png::Transformations::EXPAND);
-        let (width, height) = decoder.read_header_info().map_err(|error| unreadable(error.to_string()))?.size();
+        let header = decoder.read_header_info().map_err(|error| unreadable(error.to_string()))?;
+        let (width, height) = header.size();
         // A header may state any size, whatever the size of the file.
         if u64::from(width) * u64::from(height) > PIXELS_MAX as u64 {
             return Err(unreadable(format!("it has {width} x {height} pixels; at most 2^28 can be compared")));
+        }
+        let (unpacked, packed) = (header.raw_bytes(), file.len());
+        if unpacked / DEFLATE_RATIO_MAX > packed {
+            return Err(unreadable(format!("its {unpacked} bytes of samples do not fit into {packed} packed ones")));
         }
         let mut reader = decoder.read_info().map_err(|error| unreadable(error.to_string()))?;
         let length = reader.output_buffer_size().ok_or_else(|| unreadable("it is too large".to_owned()))?;
@@ -105,16 +113,23 @@ impl Mask {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs::File;
 
     #[test]
-    fn a_size_beyond_memory_is_refused() {
+    fn a_size_beyond_memory_or_the_file_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mask.png");
-        let mut encoder = png::Encoder::new(File::create(&path).unwrap(), 200_000, 200_000);
-        encoder.set_color(png::ColorType::Rgba);
-        drop(encoder.write_header().unwrap());
-        let message = Mask::read(&path).unwrap_err().to_string();
-        assert!(message.contains("mask.png") && message.contains("200000 x 200000 pixels; at most 2^28"), "{message}");
+        for (side, reason) in [
+            (200_000, "200000 x 200000 pixels; at most 2^28"),
+            // Each row has a byte for its filter.
+            (10_000, "400010000 bytes of samples do not fit into"),
+        ] {
+            let mut encoder = png::Encoder::new(File::create(&path).unwrap(), side, side);
+            encoder.set_color(png::ColorType::Rgba);
+            drop(encoder.write_header().unwrap());
+            let message = Mask::read(&path).unwrap_err().to_string();
+            assert!(message.contains("mask.png") && message.contains(reason), "{message}");
+        }
     }
 
     #[test]

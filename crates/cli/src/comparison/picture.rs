@@ -1,11 +1,16 @@
 //! A picture in linear sRGB, read from an OpenEXR file.
 
 use super::CompareError;
-use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
+use exr::meta::MetaData;
+use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, Vec2, read};
+use std::io::Cursor;
 use std::path::Path;
 
 /// Largest number of pixels. FLIP indexes the bytes of three channels with 32 bits: 3 · 2^28 fits.
 pub(super) const PIXELS_MAX: usize = 1 << 28;
+/// Largest number of samples for each byte of an OpenEXR file, which bounds the memory for a damaged file. Only DWA
+/// compression of a single colour exceeds this ratio.
+const SAMPLES_PER_BYTE_MAX: usize = 2048;
 /// Names of the channels in an OpenEXR file.
 const CHANNELS: [char; 3] = ['R', 'G', 'B'];
 
@@ -73,19 +78,22 @@ type Channels = Vec<(String, Vec<f32>)>;
 /// The size (width, height) and the channels of an OpenEXR file's first layer, at its full resolution.
 ///
 /// # Errors
-/// A file that cannot be read as OpenEXR, or whose samples are deep.
+/// A file that cannot be read as OpenEXR, whose samples are deep, or whose size exceeds what it can hold.
 pub(super) fn exr_channels(path: &Path) -> Result<((usize, usize), Channels), CompareError> {
+    let unreadable = |reason: String| CompareError::File {
+        path: path.to_owned(),
+        reason: format!("cannot be read as OpenEXR: {reason}"),
+    };
+    let bytes = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
+    check_size(&bytes).map_err(unreadable)?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
         .all_channels()
         .first_valid_layer()
         .all_attributes()
-        .from_file(path)
-        .map_err(|error| CompareError::File {
-            path: path.to_owned(),
-            reason: format!("cannot be read as OpenEXR: {error}"),
-        })?;
+        .from_buffered(Cursor::new(&bytes))
+        .map_err(|error| unreadable(error.to_string()))?;
     let layer = image.layer_data;
     let values = |samples: &FlatSamples| samples.values_as_f32().collect::<Vec<_>>();
     let channels =
@@ -93,9 +101,45 @@ pub(super) fn exr_channels(path: &Path) -> Result<((usize, usize), Channels), Co
     Ok(((layer.size.width(), layer.size.height()), channels.collect()))
 }
 
+/// Refuses a size that the file cannot hold or that is never compared, before memory is allocated for it. A header may
+/// state any size.
+fn check_size(bytes: &[u8]) -> Result<(), String> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
+    for header in &meta.headers {
+        let Vec2(width, height) = header.layer_size;
+        // A mask allocates its size even without channels.
+        let channels = header.channels.list.len().max(1);
+        let most = PIXELS_MAX.saturating_mul(channels).min(SAMPLES_PER_BYTE_MAX.saturating_mul(bytes.len()));
+        let samples = width.checked_mul(height).and_then(|pixels| pixels.checked_mul(channels));
+        if samples.is_none_or(|samples| samples > most) {
+            let file = bytes.len();
+            return Err(format!(
+                "it has {width} x {height} x {channels} samples; of {file} bytes at most {most} are read"
+            ));
+        }
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::encode;
+
+    #[test]
+    fn sizes_beyond_the_file_are_refused() {
+        let mut bytes = encode::exr((2, 2), |_| [0.5; 3]).unwrap();
+        let window = b"dataWindow\0box2i\0";
+        // The attribute's length, first column and first row come before the last column and row.
+        let last = bytes.windows(window.len()).position(|found| found == window).unwrap() + window.len() + 12;
+        bytes[last..last + 8].copy_from_slice(&[99_999_i32.to_le_bytes(); 2].concat());
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("huge.exr");
+        std::fs::write(&path, &bytes).unwrap();
+        let message = Picture::read_exr(&path).unwrap_err().to_string();
+        let limit = format!("100000 x 100000 x 3 samples; of {} bytes at most", bytes.len());
+        assert!(message.contains("huge.exr") && message.contains(&limit) && !message.contains('\n'), "{message}");
+    }
 
     #[test]
     fn sizes_that_differ_from_the_number_of_pixels_are_refused() {

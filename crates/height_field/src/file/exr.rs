@@ -12,18 +12,19 @@ use std::result::Result;
 /// Attributes with the pixel size along x and y, in µm.
 const PIXEL_SIZE: [&str; 2] = ["pixelSizeX_um", "pixelSizeY_um"];
 
-/// Largest number of points for each byte of the file, which bounds the memory for a damaged file. No compression of
-/// OpenEXR reaches this ratio for a relief.
+/// Largest number of points in all channels for each byte of the file, which bounds the memory for a damaged file. No
+/// compression of OpenEXR reaches this ratio for a relief.
 const POINTS_PER_BYTE_MAX: usize = 2048;
 
 /// Refuses a size that the file cannot hold, before memory is allocated for it.
 fn check_size(bytes: &[u8]) -> Result<(), String> {
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
     for header in &meta.headers {
-        let Vec2(width, height) = header.layer_size;
-        let fits = width.checked_mul(height).is_some_and(|points| points / POINTS_PER_BYTE_MAX <= bytes.len());
-        if !fits {
-            return Err(format!("{width} × {height} points do not fit into {} bytes", bytes.len()));
+        let (Vec2(width, height), channels) = (header.layer_size, header.channels.list.len());
+        // All channels are decoded, even if there are too many.
+        let points = width.checked_mul(height).and_then(|points| points.checked_mul(channels));
+        if points.is_none_or(|points| points / POINTS_PER_BYTE_MAX > bytes.len()) {
+            return Err(format!("{width} × {height} × {channels} points do not fit into {} bytes", bytes.len()));
         }
     }
     Ok(())

@@ -174,10 +174,11 @@ impl Lattice {
         height_um
     }
 
-    /// Position `(x, y)` in µm of the point at `t` on a finger, `across` finger periods from its axis.
+    /// Position `(x, y)` in µm at `t` along a finger, `across` finger periods from its axis at the root.
     ///
-    /// The warp is undone approximately: its displacement is read at the lattice position, not at the result. The lean
-    /// of the fingers is neglected.
+    /// The lean of the fingers is neglected: the axis at `t` lies [`FingerShape::lean`] · `t` finger periods further
+    /// towards −y. The warp is undone approximately: its displacement is read at the lattice position, not at the
+    /// result. Corrections would change the heights of the presets.
     fn position_um(&self, layer: i64, finger: i64, t: f64, across: f64) -> (f64, f64) {
         let (dx, dy) = self.step_um();
         let v = finger as f64 + 0.5 + across + self.finger(layer, finger).shift - self.shift_of(layer);

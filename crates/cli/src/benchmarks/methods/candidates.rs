@@ -37,6 +37,8 @@ use sunbeam::transform::Series;
 /// Steps between wavelengths in nm, the default first. Parameter sets besides the default have only some of them, which
 /// saves time.
 const STEPS_NM: [f64; 6] = [5.0, 1.0, 2.0, 10.0, 25.0, 50.0];
+/// Tolerances that are measured besides that of the surface.
+const TOLERANCES: [f64; 2] = [1e-1, 1e-2];
 
 /// Builds every candidate of a surface. The first is FLSS with its defaults, the baseline of the ratios of times.
 ///
@@ -85,6 +87,11 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
+    /// [`TOLERANCES`] without the surface's, whose candidates would appear twice.
+    fn other_tolerances(&self) -> Vec<f64> {
+        TOLERANCES.into_iter().filter(|tolerance| *tolerance != self.options.tolerance).collect()
+    }
+
     /// Adds a published method with the parameters that it uses. `counts` are the terms and orders that it sums: they
     /// replace options that are `None` in the report.
     fn push<M: Method + 'static>(
@@ -153,7 +160,7 @@ impl Builder<'_> {
         self.flss_steps(&with(single.clone()), &[1.0, 5.0, 10.0, 25.0])?;
         // Taylor's series with as many terms as Chebyshev's.
         self.flss_steps(&with(MethodOptions { terms: Some(default_counts.terms), ..single }), &[5.0])?;
-        for tolerance in [1e-1, 1e-2] {
+        for tolerance in self.other_tolerances() {
             let parameters = Parameters { tolerance: Some(tolerance), options: default.clone() };
             self.flss_steps(&parameters, &[2.0, 5.0, 10.0, 25.0])?;
         }
@@ -248,7 +255,7 @@ impl Builder<'_> {
         let mut sets = vec![(Model::Ensemble, 1.0, default_tolerance), (Model::Ensemble, 0.5, default_tolerance)];
         if !self.few {
             sets.extend([0.35, 0.7, 1.4].map(|resolution| (Model::Ensemble, resolution, default_tolerance)));
-            sets.extend([1e-1, 1e-2].map(|tolerance| (Model::Ensemble, 1.0, tolerance)));
+            sets.extend(self.other_tolerances().into_iter().map(|tolerance| (Model::Ensemble, 1.0, tolerance)));
             sets.extend([0.5, 1.0].map(|resolution| (Model::Patch, resolution, default_tolerance)));
         }
         for (model, resolution, tolerance) in sets {
@@ -291,7 +298,8 @@ impl Builder<'_> {
         // Model and tolerance of the tables.
         let mut sets = vec![(Model::Ensemble, default_tolerance)];
         if !self.few {
-            sets.extend([(Model::Ensemble, 1e-1), (Model::Ensemble, 1e-2), (Model::Patch, default_tolerance)]);
+            sets.extend(self.other_tolerances().into_iter().map(|tolerance| (Model::Ensemble, tolerance)));
+            sets.push((Model::Patch, default_tolerance));
         }
         for (model, tolerance) in sets {
             let surface = Surface::new(self.field, &Options { model, tolerance, ..self.options.clone() })?;
@@ -318,4 +326,21 @@ impl Builder<'_> {
 /// Size in bytes of the data that a method looks up, on the CPU and on the GPU.
 fn shader_bytes(method: &dyn Method) -> u64 {
     method.shader().storage.iter().map(|data| data.len() as u64).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sunbeam::height_field::Preset;
+
+    #[test]
+    fn a_surface_with_another_tolerance_has_one_default() {
+        let field = Preset::Blazed.build(None, None).unwrap();
+        let options =
+            Options { tolerance: 1e-2, coherence_length_um: 20.0, conserve_energy: false, ..Options::default() };
+        let mut builder = Builder { field: &field, options: &options, few: false, built: Vec::new() };
+        builder.spectral_tables().unwrap();
+        assert_eq!(builder.built.iter().filter(|candidate| candidate.is_default).count(), 1);
+        assert_eq!(builder.other_tolerances(), [1e-1]);
+    }
 }

@@ -189,6 +189,14 @@ fn exr_scales_must_agree() {
     let three = folder.path().join("rgb.exr");
     ::exr::prelude::write_rgb_file(&three, 2, 2, |_, _| (0.0_f32, 0.0_f32, 0.0_f32)).unwrap();
     assert!(HeightField::read(&three, &scale(1.0, None)).unwrap_err().to_string().contains("3 channels"));
+    // One channel of this size would fit into the file, three do not.
+    let mut bytes = std::fs::read(&three).unwrap();
+    let side = (1024.0 * bytes.len() as f64).sqrt() as i32;
+    let window = b"dataWindow\0box2i\0";
+    // The attribute's length, first column and first row come before the last column and row.
+    let last = bytes.windows(window.len()).position(|found| found == window).unwrap() + window.len() + 12;
+    bytes[last..last + 8].copy_from_slice(&[(side - 1).to_le_bytes(); 2].concat());
+    assert!(refusal("t.exr", &bytes, &NO_SCALE).contains(&format!("{side} × {side} × 3 points do not fit")));
 }
 
 #[test]
