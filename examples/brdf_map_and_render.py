@@ -8,7 +8,7 @@
 import matplotlib.pyplot as plt
 import mitsuba as mi
 import numpy as np
-import sunbeam_mitsuba
+import sunbeam_mitsuba  # also makes the plugin "diffraction" available in Mitsuba
 
 mi.set_variant("llvm_ad_spectral")
 material = {"preset": "xenopeltis", "coherence_length": 30.0, "eta": 1.56}
@@ -16,18 +16,20 @@ material = {"preset": "xenopeltis", "coherence_length": 30.0, "eta": 1.56}
 # %% [markdown]
 # The reflectance over the outgoing hemisphere, seen from above with x to the right and y up. Light comes in at 30
 # degrees from the normal, from the side of +x. `wi` points to the light and `wo` to the viewer; both are unit vectors
-# with z along the normal. Only pixels inside the unit disc are directions.
+# with z along the normal. A pixel at (x, y) inside the unit disc is the direction `wo` = (x, y, cosine), where the
+# cosine is that of the angle to the normal.
 
 # %%
 size = 128
 x, y = np.meshgrid((np.arange(size) + 0.5) / size * 2 - 1, 1 - (np.arange(size) + 0.5) / size * 2)
 inside = x**2 + y**2 < 1
-wo = np.stack([x[inside], y[inside], np.sqrt(1 - x[inside] ** 2 - y[inside] ** 2)], axis=-1)
+cosine = np.sqrt(1 - x[inside] ** 2 - y[inside] ** 2)
+wo = np.stack([x[inside], y[inside], cosine], axis=-1)
 wi = [np.sin(np.radians(30)), 0, np.cos(np.radians(30))]
 wavelength_nm = np.arange(380, 781, 10)
 
 surface = sunbeam_mitsuba.Surface(**material)
-f = surface.eval(wi, wo, wavelength_nm)  # [directions, wavelengths], in 1/sr
+f = surface.eval(wi, wo, wavelength_nm)  # BSDF without the cosine, [directions, wavelengths], in 1/sr
 
 # %% [markdown]
 # Colours: the CIE 1931 observer under an equal-energy illuminant, in linear sRGB. XYZ is the sum over the wavelengths,

@@ -23,6 +23,9 @@ SCAN_PIXELS = 100
 SCAN_PIXEL_UM = 0.065
 # Difference between the highest and the lowest height in µm, about that of a snake's skin.
 SCAN_RANGE_UM = 0.4
+# Highest spatial frequency of the synthetic scan along x and along y, in cycles per scan: waves of 0.8 µm. A larger
+# one gives a rougher relief.
+SCAN_CYCLES = 8
 # Seed of the synthetic scan; arbitrary.
 SEED = 5
 
@@ -49,9 +52,9 @@ def write_synthetic_scan(folder: Path) -> None:
     """Writes a smooth random relief in metres under the name of the measured scan, `xenopeltis.gsf`."""
     rng = np.random.default_rng(SEED)
     waves = np.fft.rfft2(rng.normal(size=(SCAN_PIXELS, SCAN_PIXELS)))
-    # Keeps only low spatial frequencies, for a smooth relief: rows −8 to 7 of the transform (cycles per scan along y)
-    # and columns 0 to 9 (along x). Negative rows are counted from the end.
-    waves[8:-8], waves[:, 10:] = 0, 0
+    # Row and column are the frequencies along y and x in cycles per scan. Negative rows are counted from the end, and
+    # negative columns follow from the others, since heights are real.
+    waves[SCAN_CYCLES + 1 : -SCAN_CYCLES], waves[:, SCAN_CYCLES + 1 :] = 0, 0
     relief = np.fft.irfft2(waves, s=(SCAN_PIXELS, SCAN_PIXELS))
     heights_m = (SCAN_RANGE_UM * 1e-6 * relief / np.ptp(relief)).astype("<f4")
     extent_m = SCAN_PIXELS * SCAN_PIXEL_UM * 1e-6

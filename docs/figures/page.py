@@ -36,13 +36,14 @@ def write_part(name: str, figures: dict, docs: Path = DOCS) -> Path:
     """Fills the region of a part from its template, and saves its numbers as `data/NAME.json`; returns the page.
 
     Template and page are read from the repository's documentation; page and data are written to the folder `docs`.
-    Raises ValueError for numbers that JSON lacks (NaN and infinity), and SetupError without a region for the part.
+    Raises ValueError for numbers that JSON lacks (NaN and infinity), and SetupError without a region for the part. Both
+    errors leave the files as they were.
     """
-    data = docs / "data" / f"{name}.json"
-    data.parent.mkdir(parents=True, exist_ok=True)
-    data.write_text(json.dumps(figures, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     page, text, region = find_region(name)
-    written = docs / page.name
+    data, written = docs / "data" / f"{name}.json", docs / page.name
+    data.parent.mkdir(parents=True, exist_ok=True)
+    # Before the template is filled, so that its faults lose no measurement: `--from-data` fills it later.
+    data.write_text(json.dumps(figures, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     filled = f"{text[: region.start(1)]}{render(name, figures)}{text[region.end(1) :]}"
     written.write_text(filled, encoding="utf-8")
     return written

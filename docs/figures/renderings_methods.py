@@ -1,7 +1,8 @@
 """Part `renderings-methods` of the documentation (page.py): published methods compared, as in Single 2014, a thesis.
 
 It has the thesis' figures 2.20 to 2.22 and B.1, and its table 2.1. *GPU Gems' form* is Stam's shader as published in
-GPU Gems, chapter 8. It and the methods FLSS and NMM are options of the realtime renderer (docs/realtime.md).
+GPU Gems, chapter 8. It and the methods FLSS and NMM are options of the realtime renderer (docs/realtime.md). Shots have
+`pigment=False`: only the diffraction is compared, and the pigment's colour would hide differences.
 
 `insist` raises SetupError if the numbers contradict a sentence of the page.
 """
@@ -52,7 +53,8 @@ DEMO_UM = 10.0
 GEMS = {"stam_form": "gems"}
 # Size of the timed frames of table 2.1 in pixels.
 FRAME = "384x256"
-# Number of renders of a timed frame, whose median counts. More give steadier times and take longer.
+# Number of renders of a timed frame. `sunbeam render` reports the median time of each stage, which is insensitive to
+# interruptions; of two renders it is the longer time. More renders give steadier times and take longer.
 REPEATS = 2
 # Largest accepted deviation from 1 of a symmetric map's luminance on the right over that on the left.
 SYMMETRIC = 1e-3
@@ -117,7 +119,11 @@ def surfaces(species: str) -> dict[str, dict]:
 
 
 def repeating(skin: dict) -> dict:
-    """Parameters of the skin for methods that need a relief that repeats; a scan gets a window as wide as itself."""
+    """Parameters of the skin for methods that need a relief that repeats.
+
+    Presets repeat by themselves. A scan repeats under SCAN_WINDOW, a coherence window as wide as the scan, so that its
+    repeats hardly interfere.
+    """
     return {**skin, **SCAN_WINDOW} if "filename" in skin else skin
 
 
@@ -126,15 +132,16 @@ def cut_outs(file: Path) -> list[dict]:
 
     The wander is the rms distance of these lines from straight ones (alignment.py).
     """
-    # Each axis is that of the surface's strongest period. Skins have fingers, long parallel ridges, in rows; the period
-    # lies across the fingers or from row to row.
+    # The axis of each cut-out is that of the surface's strongest period. Skins have rows of fingers, long parallel
+    # ridges. In the scans the fingers lie along x. The period of Elaphe is that across the fingers, along y. The period
+    # of Xenopeltis is that from row to row, along x.
     skins = surfaces("Elaphe")
     chosen = {title: alignment.cut_out(skin, "y") for title, skin in skins.items() if "filename" in skin}
     chosen["CD"] = alignment.cut_out({"preset": "cd"}, "x")
     for title, skin in surfaces("Xenopeltis").items():
         if "filename" in skin:
             chosen[title] = alignment.cut_out(skin, "x")
-    # The preset is unrotated here, unlike on the snake, so its fingers lie along y.
+    # Without the rotation that it has on the snake, the preset has its fingers along y and its period along x.
     chosen["Elaphe, procedural"] = alignment.cut_out({"preset": "elaphe"}, "x")
     alignment.draw(chosen, file)
     rows = [
@@ -194,7 +201,7 @@ def disc(studio: Studio, folder: Path) -> dict:
     drawn, _ = draw(studio, shots)
     sheet([drawn], studio, folder / "disc.jpg")
     found = stam_maps.disc_peaks(studio.folder, CD_UM, DEMO_UM)
-    # The rows are the tracks' own spacing, the demonstration's, and the fitted one.
+    # Three rows of GPU Gems' form: with the tracks' own spacing, the demonstration's, and the fitted one.
     own_deg, _, fitted_deg = (row["largest_off_deg"] for row in found["gems"])
     holds = fitted_deg < ALIKE_DEG < own_deg
     insist(PART, holds, "GPU Gems' form agrees with FLSS on the disc only if its spacing is fitted")
@@ -247,6 +254,7 @@ def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
                     "three_bins": float(np.sort(fractions)[-3:].sum()),
                 }
             )
+        # The rows of this surface, in the order of its shots; the path-traced one is not judged.
         flss, stam, _ = found[-3:]
         # Twice as many dark pixels count as a lack of colours.
         more_dark = stam["dark_near"] > 2 * flss["dark_near"]

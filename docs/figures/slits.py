@@ -46,9 +46,10 @@ WIDE_MM = 30.0
 CLOSE_MM = 2.0
 # Pixels of a colour strip along the screen. With this number a peak of 50 slits is three pixels wide.
 COLUMNS = 1300
-# Number of positions whose intensities are averaged in a pixel, against aliasing of narrow peaks.
+# Number of positions in a pixel whose intensities are averaged. With fewer, narrow peaks fall between positions.
 PER_COLUMN = 4
-# Wavelength step of the sum over the visible spectrum, smaller than the 4 nm that order 3 of 50 slits is wide, λ/(3N).
+# Wavelength step of the sum over the visible spectrum. At a point of order m, N slits pass peaks about λ/(mN) wide,
+# 4 nm for order 3, the highest in the strips, of 50 slits. Wider steps would show as lines.
 COLOUR_STEP_NM = 1.0
 # Smallest number of slits in the fit of width ∝ N^exponent. With fewer slits the slits' own width matters.
 FITTED_FROM = 5
@@ -172,12 +173,13 @@ def figures_of(slits: Slits) -> dict:
     its first zero. The far field is at distances large against `far_field_mm`, (Nd)²/λ.
     """
     width = full_width(slits, PLOTTED_NM)
-    # Sine of the angle of the first zero. Widths on the screen take the angle as small, the zero itself does not.
-    zero = PLOTTED_NM / 1e3 / slits.extent_um
+    # Sine of the angle of the first zero. A place on the screen is DISTANCE_MM times the tangent, which is exact in
+    # `zero_mm`. In `width_mm` the sine stands for the tangent, since the angle is small.
+    zero_sine = PLOTTED_NM / 1e3 / slits.extent_um
     return {
         "count": slits.count,
-        "zero_mm": DISTANCE_MM * zero / np.sqrt(1 - zero**2),
-        "width_mm": DISTANCE_MM * width * zero,
+        "zero_mm": DISTANCE_MM * zero_sine / np.sqrt(1 - zero_sine**2),
+        "width_mm": DISTANCE_MM * width * zero_sine,
         "width_in_zeros": width,
         # µm²/nm = 1e-12 m²/1e-9 m is mm.
         "far_field_mm": slits.extent_um**2 / PLOTTED_NM,
@@ -215,20 +217,23 @@ def draw_colours(path: Path) -> list[float]:
     """
     weights = colour_weights()
     wavelengths_nm, rgb = weights
-    # Monochromatic light is outside sRGB; its negative components become 0.
+    # Colour of light of COLOURED_NM alone. It is outside sRGB, so its negative components become 0.
     green_rgb = np.maximum(rgb[np.abs(wavelengths_nm - COLOURED_NM).argmin()], 0)
-    samples = COLUMNS * PER_COLUMN
-    x_mm = ((np.arange(samples) + 0.5) / samples * 2 - 1) * COLOURED_MM
+    # Positions on the screen in equal steps, PER_COLUMN of them in each pixel of a strip.
+    positions = COLUMNS * PER_COLUMN
+    x_mm = ((np.arange(positions) + 0.5) / positions * 2 - 1) * COLOURED_MM
     sine = sine_of(x_mm).reshape(COLUMNS, PER_COLUMN)
-    centre = white_light(Slits(1), [0.0], weights)[0]
+    # White light in the centre, where the relative intensity of any number of slits has its maximum, 1.
+    centre_rgb = white_light(Slits(1), [0.0], weights)[0]
     figure = Figure(figsize=(10, 8.4), layout="constrained")
     panels = figure.subplots(len(COUNTS), 1, sharex=True)
     for ax, count in zip(panels, COUNTS):
-        # Both strips are (COLUMNS, 3), with a brightest channel of 1. `part` has one of the PER_COLUMN positions of
-        # each pixel.
+        # Strips of linear sRGB, (COLUMNS, 3). The largest channel in the centre is 1.
         intensity = relative_intensity(Slits(count), sine, COLOURED_NM).mean(axis=1)
         green = intensity[:, None] * green_rgb / green_rgb.max()
-        white = np.mean([white_light(Slits(count), part, weights) for part in sine.T], axis=0) / centre.max()
+        # Mean over the positions in a pixel. `sines` has one position of every pixel, (COLUMNS,).
+        white = np.mean([white_light(Slits(count), sines, weights) for sines in sine.T], axis=0) / centre_rgb.max()
+        # The panel's axis y runs from −1 to 1: green from 0.04 to 1, white from −1 to −0.04.
         for strip, (low, high) in ((green, (0.04, 1)), (white, (-1, -0.04))):
             extent = (-COLOURED_MM, COLOURED_MM, low, high)
             ax.imshow(srgb(strip)[None], extent=extent, aspect="auto", interpolation="nearest")
@@ -236,7 +241,7 @@ def draw_colours(path: Path) -> list[float]:
         ax.set_ylabel(f"N = {count}", rotation=0, ha="right", va="center", fontsize=11)
     panels[-1].set_xlabel(f"position on the screen / mm, {DISTANCE_MM:g} mm away")
     figure.savefig(path, dpi=150, metadata={"Software": None})
-    return [float(value) for value in centre]
+    return [float(value) for value in centre_rgb]
 
 
 def srgb(linear: np.ndarray) -> np.ndarray:

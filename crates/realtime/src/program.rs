@@ -42,8 +42,8 @@ pub(super) fn shadow() -> String {
 
 /// The program that turns the triangles of pixels into queries (query.wgsl).
 pub(super) fn locate() -> String {
-    let (trace, sheet) = (wgsl!("wgsl/trace.wgsl"), wgsl!("wgsl/sheet.wgsl"));
-    [FRAME, MESH, trace, sheet, SUNLIGHT, QUERY, wgsl!("wgsl/locate.wgsl")].join("\n")
+    let (trace, sheet, point) = (wgsl!("wgsl/trace.wgsl"), wgsl!("wgsl/sheet.wgsl"), wgsl!("wgsl/point.wgsl"));
+    [FRAME, MESH, trace, sheet, SUNLIGHT, QUERY, point, wgsl!("wgsl/locate.wgsl")].join("\n")
 }
 
 /// The program that turns answered queries into a picture.

@@ -1,7 +1,7 @@
 //! The sun's depth map: an orthographic depth buffer of the mesh, seen from the sun.
 //!
 //! The map covers a box that contains the mesh's bounding box and has one axis towards the sun. shadow.wgsl draws the
-//! map, and locate.wgsl reads it to decide whether the sun is visible. The map is drawn again only when the sun has
+//! map, and point.wgsl reads it to decide whether the sun is visible. The map is drawn again only when the sun has
 //! moved: the renderer calls [`Sunlight::begin_drawing`], draws into [`Sunlight::view`], and calls [`Sunlight::copy`]
 //! and [`Sunlight::end_drawing`].
 

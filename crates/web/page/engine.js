@@ -123,14 +123,6 @@ export class Engine {
     return this.#reliefKey === key;
   }
 
-  /**
-   * Estimated memory and time of the method's data for the relief that was read last: {bytes, seconds, too_much?}.
-   * `too_much` says why the build is refused.
-   */
-  estimate(settings) {
-    return this.#ask(this.#maker, "estimate", { settings: JSON.stringify(settings) });
-  }
-
   /** Builds the method's data for the relief that was read last. Returns their bytes, for `setMethod`. */
   method(settings, progress) {
     return this.#ask(this.#maker, "method", { settings: JSON.stringify(settings) }, { progress });

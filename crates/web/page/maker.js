@@ -36,7 +36,6 @@ answer({
   async checksum({ file }) {
     return sunbeam.sha256(new Uint8Array(await file.arrayBuffer()));
   },
-  estimate: ({ settings }) => JSON.parse(relief.estimate(settings)),
   method: ({ settings }, progress) => relief.method(settings, progress),
   reflectance({ settings }, progress) {
     // Freed first, so that both do not need memory at the same time.

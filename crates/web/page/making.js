@@ -25,8 +25,6 @@ const pending = { surface: null, scene: null };
 const turns = { surface: 0, scene: 0, all: 0 };
 /** Finished fraction of the scene; null while none is being built. */
 let sceneFraction = null;
-/** Keys of the data that the artist has; null for none. */
-const held = { method: null, scene: null };
 
 /** Starts a turn of this kind. Returns the function `stale`, which is true after another turn has started. */
 function startTurn(kind) {
@@ -85,9 +83,6 @@ async function makeSurface(keys, stale) {
   views.spectrum.say("");
   await readRelief(keys, stale);
   if (stale()) return;
-  const { too_much } = await engine.estimate(settings);
-  if (too_much) throw Object.assign(new Error(too_much), { kind: "limit" });
-  if (stale()) return;
   const task = settings.method === "table" ? "Making the colour table" : `Making the data of ${settings.method}`;
   showProgress(task, 0);
   const start = performance.now();
@@ -99,8 +94,8 @@ async function makeSurface(keys, stale) {
   const seconds = (performance.now() - start) / 1e3;
   await page.opening;
   if (stale()) return;
-  // Opening has failed, now or before: the CPU draws maps, and `bytes` are not needed.
-  if (!page.adapter) {
+  // Without a device, now or when the build began, the CPU draws maps. `recover` builds for a device that opens later.
+  if (!page.adapter || !bytes) {
     await engine.reflectance(settings, keys.method, report);
     return;
   }
@@ -108,7 +103,7 @@ async function makeSurface(keys, stale) {
   // The picture also waits for a scene that is still being built.
   if (sceneFraction !== null) showProgress("Making the shape", sceneFraction);
   // Set before the message is sent: the artist takes the data even if this task becomes stale in the meantime.
-  held.method = keys.method;
+  page.held.method = keys.method;
   await engine.setMethod(bytes);
 }
 
@@ -123,8 +118,8 @@ async function makeScene(keys, stale) {
     if (!stale()) sceneFraction = draft ? 0 : null;
     await page.opening;
     if (stale() || !page.adapter) return;
-    // Set before the message is sent, like `held.method`.
-    held.scene = keys.scene;
+    // Set before the message is sent, like `page.held.method`. A draft alone is no scene.
+    page.held.scene = draft ? null : keys.scene;
     await engine.setScene(bytes, draft);
   }
 }
@@ -159,7 +154,7 @@ export function goBack() {
   page.settings = structuredClone({ ...page.settings, surface, method, options, shape, resolution });
   page.source = good.source;
   // The artist may already have data that are newer than the good state.
-  page.keys = page.adapter ? { ...good.keys, ...held } : good.keys;
+  page.keys = page.adapter ? { ...good.keys, ...page.held } : good.keys;
   if (page.read !== good.read) {
     page.read = good.read;
     byId("relief-name").textContent = page.source?.name ?? titleOf(surface.preset);

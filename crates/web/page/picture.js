@@ -58,7 +58,7 @@ let lastLoss = -Infinity;
 
 /** Opens the device again after its loss. Asks the visitor first if it was lost before within LOSS_MS. */
 async function handleLoss(message) {
-  page.adapter = undefined;
+  page.adapter = null;
   const repeated = performance.now() - lastLoss < LOSS_MS;
   lastLoss = performance.now();
   showMessage(null);
@@ -77,8 +77,10 @@ export async function recover() {
     byId("recover").hidden = false;
     return;
   }
-  byId("lost").hidden = true;
+  byId("lost").hidden = byId("still").hidden = true;
   showMessage("The graphics device was lost and has been started again.");
+  // `makeMissing` builds what the artist lacks: without a device, data were built for the CPU alone.
+  page.keys = { ...page.keys, ...page.held };
   makeMissing();
 }
 
@@ -95,6 +97,8 @@ export async function openArtist() {
     page.adapter = await opening;
   } catch (error) {
     page.adapter = null;
+    // The engine has ended the artist, and its data are lost.
+    page.held = { method: null, scene: null };
     return error;
   }
   orderPicture();

@@ -47,7 +47,10 @@ function onClick(id, task) {
 
 /** Listens to the buttons below the picture. */
 export function listenToSaving() {
-  onClick("save-png", async () => save(await page.engine.png(), `${fileStem()}.png`, "image/png"));
+  onClick("save-png", async () => {
+    // Without a device there is no picture to save.
+    if (page.adapter) save(await page.engine.png(), `${fileStem()}.png`, "image/png");
+  });
   onClick("save-exr", async () => {
     const rgb = await mapOf(direction(page.settings.map.theta_deg, page.settings.map.phi_deg), EXR_SIDE);
     // Null while the data of the map are being built.

@@ -26,7 +26,7 @@ export const page = {
   examples: [],
   /** Name of the example that was selected last; null or undefined for none. */
   example: null,
-  /** The graphics device: {name, backend, software}; null without one, undefined while it is being opened. */
+  /** The graphics device: {name, backend, software}; null without one or after its loss, undefined while it opens. */
   adapter: undefined,
   /** Promise that is fulfilled when the graphics device is open or has failed to open. */
   opening: null,
@@ -37,6 +37,8 @@ export const page = {
   good: null,
   /** Keys (`currentKeys`) of the relief, method and scene that exist or are being built; null for none. */
   keys: { relief: null, method: null, scene: null },
+  /** Keys of the data that the artist has; null for none. */
+  held: { method: null, scene: null },
   /** Whether data that a picture needs are being built. */
   making: false,
   /** The relief that was read last, as Engine.relief returns it; null for none. */

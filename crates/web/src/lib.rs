@@ -26,6 +26,6 @@ pub use catalogue::catalogue;
 pub use error::WebError;
 pub use method_data::MethodData;
 pub use reflectance::{Reflectance, direction};
-pub use relief::{Facts, Relief, WebEstimate};
+pub use relief::{Facts, Relief};
 pub use settings::{CameraSettings, Keys, MapSettings, Pigment, Settings, SunSettings};
 pub use spectra::{SPECTRUM_COUNT, Spectra};

@@ -14,9 +14,6 @@ use sunbeam::transform::{Periods, periods};
 /// Largest estimated memory of a build in bytes. WebAssembly has at most 4 GB, and phones give a page less. A larger
 /// limit admits builds that phones end; a smaller one refuses builds that most machines can do.
 const LIMIT_BYTES: f64 = 1.5e9;
-/// Factor on the library's estimated build times, which are for native code on two cores. A page has one thread, and
-/// WebAssembly is slower. It affects only the time shown, not which builds are refused.
-const SLOWER: f64 = 3.0;
 /// Largest number of points of a height field: 4096², the size of the largest usual scans.
 const POINTS_MAX: usize = 4096 * 4096;
 /// Largest file in bytes, 512 MiB. A scan of 4096² in double precision has 134e6 bytes, and text is a few times longer.
@@ -69,18 +66,6 @@ pub struct Facts {
     pub provenance: Option<Provenance>,
     /// Warnings about implausible data, such as properties that no real relief has.
     pub doubts: Vec<String>,
-}
-
-/// Estimated memory and time of a build in the page, serialised as JSON.
-#[derive(Debug, Serialize)]
-pub struct WebEstimate {
-    /// Peak memory in bytes.
-    pub bytes: f64,
-    /// Time in seconds, accurate to a factor of three.
-    pub seconds: f64,
-    /// Message of one line if the build is refused for its memory or time; `None` if it is not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub too_much: Option<String>,
 }
 
 impl Relief {
@@ -150,39 +135,32 @@ impl Relief {
         }
     }
 
-    /// Estimated memory and time of [`Relief::method`] in the page: those of the tables for these settings, for every
-    /// method.
-    pub fn estimate(&self, settings: &Settings) -> WebEstimate {
-        let tables = self.tables(settings);
-        let native = tables.estimate();
-        let (bytes, seconds) = (native.bytes, SLOWER * native.seconds);
-        let too_large = bytes.is_nan() || bytes > LIMIT_BYTES;
-        // The setting `build_limit` of the surface comes first, then the page's limit.
-        let refused = tables.check(settings.surface.build_limit).err().map(|error| error.to_string());
-        let too_much = refused.or_else(|| {
-            too_large.then(|| {
-                format!(
-                    "it would take about {:.1} GB of memory, more than the {:.1} GB that a page may take; use a \
-                     shorter coherence length, a looser tolerance or a part of the scan",
-                    bytes / 1e9,
-                    LIMIT_BYTES / 1e9
-                )
-            })
-        });
-        WebEstimate { bytes, seconds, too_much }
-    }
-
-    /// Sizes and options of the tables, from which the library estimates its own memory and time. A table of albedos is
-    /// built only for the colour table with energy conservation.
-    fn tables(&self, settings: &Settings) -> BuildDemand {
+    /// Refuses the tables of the method `table`, or of its spectra, if they would take too much memory or time. The
+    /// published methods need no tables and check their own limits while they are built.
+    ///
+    /// # Errors
+    /// [`WebError::Limit`], [`WebError::Settings`] for a `build_limit` out of range.
+    fn check_tables(&self, settings: &Settings) -> Result<(), WebError> {
+        if settings.method != MethodKind::Table {
+            return Ok(());
+        }
         let model = settings.model();
-        let purpose = match settings.method {
-            // `energy` is the time of the table of albedos, relative to that for one size of the relief (`scale` and
-            // `depth`). A page has only one.
-            MethodKind::Table if model.conserve_energy => Purpose::Surface { energy: 1.0 },
-            _ => Purpose::Table,
-        };
-        BuildDemand { purpose, ..model.demand(&self.inside(settings)) }
+        // A table of albedos is built only with energy conservation. `energy` is its time, relative to that for one
+        // size of the relief (`scale` and `depth`). A page has only one.
+        let purpose = if model.conserve_energy { Purpose::Surface { energy: 1.0 } } else { Purpose::Table };
+        let tables = BuildDemand { purpose, ..model.demand(&self.inside(settings)) };
+        // The setting `build_limit` of the surface comes first, then the page's limit.
+        tables.check(settings.surface.build_limit)?;
+        let bytes = tables.estimate().bytes;
+        if bytes > LIMIT_BYTES {
+            return Err(WebError::Limit(format!(
+                "it would take about {:.1} GB of memory, more than the {:.1} GB that a page may take; use a shorter \
+                 coherence length, a looser tolerance or a part of the scan",
+                bytes / 1e9,
+                LIMIT_BYTES / 1e9
+            )));
+        }
+        Ok(())
     }
 
     /// Builds the realtime method of the settings for this relief.
@@ -191,12 +169,7 @@ impl Relief {
     /// [`WebError::Limit`] for a build that needs too much memory or time, [`WebError::Settings`] for options that do
     /// not fit the relief.
     pub fn method(&self, settings: &Settings, progress: &Progress) -> Result<Box<dyn Method>, WebError> {
-        // The estimate is for the colour table. The other methods check their own limits while they are built.
-        if settings.method == MethodKind::Table
-            && let Some(line) = self.estimate(settings).too_much
-        {
-            return Err(WebError::Limit(line));
-        }
+        self.check_tables(settings)?;
         let (field, model) = (self.inside(settings), settings.model());
         let method = methods::build_watched(settings.method, &field, &model, &settings.options, progress)?;
         progress.report(1.0);
@@ -224,9 +197,7 @@ impl Relief {
     /// # Errors
     /// The errors of [`Relief::method`].
     pub fn spectra(&self, settings: &Settings, progress: &Progress) -> Result<Spectra, WebError> {
-        if let Some(line) = self.estimate(settings).too_much {
-            return Err(WebError::Limit(line));
-        }
+        self.check_tables(settings)?;
         Spectra::new(&self.inside(settings), settings, progress)
     }
 }

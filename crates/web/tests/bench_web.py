@@ -206,7 +206,11 @@ def table(found):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--table", action="store_true", help="write the table from the numbers that are there")
-    if not parser.parse_args().table:
+    options = parser.parse_args()
+    # Before the measurements, so that numbers are never written without their table.
+    if not FIGURES.search(DOCUMENT.read_text(encoding="utf-8")):
+        sys.exit(f"{DOCUMENT} has no region <!-- figures --> to <!-- end of figures -->")
+    if not options.table:
         host = Host(SITE)
         host.page = f"{host.url}/"
         with Browser() as browser:

@@ -506,8 +506,12 @@ def test_a_lost_device_is_opened_again(page):
     # After a second loss the visitor is asked.
     page.browser.promise("await sunbeam.engine.loseDevice();")
     page.browser.wait("return !document.getElementById('recover').hidden", "the question")
+    # A change in the meantime is drawn by the new device.
+    page.choose("#preset", "sinusoidal")
+    page.browser.wait("return sunbeam.engine.hasReflectance(sunbeam.keys.method)", "the data on the processor")
     page.browser.click("#recover")
-    page.finished()
+    assert not np.array_equal(page.pixels(), before)
+    page.choose("#preset", "blazed")
     np.testing.assert_allclose(page.pixels(), before, atol=1e-6)
     # Gestures still work.
     page.browser.drag("#picture", (0, 0), (40, 0))

@@ -1,5 +1,5 @@
 // Box and axes of the sun's depth map, an orthographic projection of the mesh along the sun's direction. shadow.wgsl
-// draws the map, and locate.wgsl reads it to decide for nearly every point whether the sun is visible.
+// draws the map, and point.wgsl reads it to decide for nearly every point whether the sun is visible.
 
 // The map's box, which bounds the mesh. Counterpart of `SunlightUniform` in layout.rs; sunlight.rs computes the box.
 // `right`, `up` and `to_sun` are orthogonal unit vectors. Lengths are in cm.

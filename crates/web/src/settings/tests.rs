@@ -1,6 +1,7 @@
 //! Tests of [`Settings`], and of the errors of [`Relief`] for bad files.
 
 use crate::{Relief, Settings, WebError};
+use std::f64::consts::TAU;
 use sunbeam::table::Progress;
 use sunbeam_realtime::Camera;
 
@@ -100,6 +101,34 @@ fn published_methods_are_built_with_a_model_they_support() {
     .unwrap();
     let relief = Relief::new(&settings, None).unwrap();
     relief.method(&settings, &Progress::none()).unwrap();
+}
+
+/// A scan with a period of 1.6 µm along x, in the format GSF, whose lengths are in metres. Its 900 µm of height would
+/// take tables of gigabytes.
+fn deep_scan() -> Vec<u8> {
+    let header = "Gwyddion Simple Field 1.0\nXRes = 64\nYRes = 64\nXReal = 6.4e-6\nYReal = 6.4e-6\n";
+    let mut bytes = header.as_bytes().to_vec();
+    bytes.extend(b"XYUnits = m\nZUnits = m\n");
+    // The header ends with zeros up to a multiple of four bytes, at least one.
+    bytes.resize(bytes.len() / 4 * 4 + 4, 0);
+    let heights = (0..64 * 64).map(|i| 4.5e-4 * (TAU * f64::from(i) / 16.0).sin());
+    bytes.extend(heights.flat_map(|height| (height as f32).to_le_bytes()));
+    bytes
+}
+
+#[test]
+fn a_relief_too_deep_for_tables_is_refused_by_the_method_table_alone() {
+    let settings = |method: &str| {
+        let json = format!(r#"{{"surface": {{"filename": "a.gsf"}}, "method": "{method}"}}"#);
+        Settings::from_json(&json).unwrap()
+    };
+    let (table, stam) = (settings("table"), settings("stam"));
+    let relief = Relief::new(&table, Some(&deep_scan())).unwrap();
+    let progress = Progress::none();
+    assert!(matches!(relief.method(&table, &progress), Err(WebError::Limit(_))));
+    assert!(matches!(relief.spectra(&table, &progress), Err(WebError::Limit(_))));
+    relief.method(&stam, &progress).unwrap();
+    relief.spectra(&stam, &progress).unwrap();
 }
 
 #[test]

@@ -41,11 +41,6 @@ impl JsRelief {
         JsReliefPicture(image::relief_picture(self.0.field(), side_max))
     }
 
-    /// Estimated bytes and seconds of [`JsRelief::method`], as JSON.
-    pub fn estimate(&self, json: &str) -> Result<String, JsValue> {
-        Ok(serde_json::to_string(&self.0.estimate(&read(json)?)).unwrap_or_default())
-    }
-
     /// Builds the settings' method and packs it into bytes for the artist ([`Relief::method_data`]).
     pub fn method(&self, json: &str, listener: &JsValue) -> Result<Vec<u8>, JsValue> {
         let (progress, _listening) = progress(listener);
