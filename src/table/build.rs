@@ -39,9 +39,10 @@ pub(super) const ERROR_KAPPAS: usize = 3;
 /// lie above the 99th percentile; fewer would make it uncertain.
 const ERROR_SAMPLES: usize = 4000;
 
-/// Phase κH in rad at which slopes at κ = 0 are measured, with H half the range of heights. Their relative error is the
-/// square of the phase, 1e-8. Smaller phases increase the rounding error of the difference instead.
-const SMALL_PHASE: f64 = 1e-4;
+/// Phase κH in rad at which slopes at κ = 0 and the limit of Q are measured, with H half the range of heights: the
+/// fourth root of ε, the rounding of double precision. The error of the series, the square of the phase, then equals
+/// the rounding error of Q, ε over this square: 1.5e-8.
+const SMALL_PHASE: f64 = 1.0 / 8192.0;
 
 /// Build time, size and measured error of a table.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -174,7 +175,7 @@ impl<'a> Build<'a> {
 
     /// Length of a node's record in floats.
     fn record_floats(&self, node: &KeptNode) -> usize {
-        record_floats(self.quantity, node.last_knot)
+        record_floats(self.quantity, node.last_knot as f64) as usize
     }
 
     /// Computes the table.
@@ -193,7 +194,7 @@ impl<'a> Build<'a> {
             slices.push(slice);
             rest = tail;
         }
-        slices.into_par_iter().enumerate().with_min_len(256).for_each(|(i, record)| {
+        slices.into_par_iter().enumerate().for_each(|(i, record)| {
             let (header, coefficients) = record.split_at_mut(HEADER);
             header.copy_from_slice(&[headers[i].re as f32, headers[i].im as f32]);
             let mut curve = Vec::with_capacity(rows.len());
@@ -229,8 +230,7 @@ impl<'a> Build<'a> {
     fn curves(&self) -> (Vec<Complex64>, Vec<Vec<f32>>) {
         let mut headers = self.kept_values(&self.spectrum.nodes(0.0));
         let last_computed_knot = self.knots as i64 + EXTRA_KNOTS;
-        // The bound in µm avoids a division by zero for a flat relief.
-        let small_kappa = SMALL_PHASE / self.spectrum.half_range_um().max(1e-12);
+        let small_kappa = SMALL_PHASE * self.kappa_knee;
         if self.quantity == NodeQuantity::Power {
             let nearby = self.kept_values(&self.spectrum.nodes(small_kappa));
             for (i, header) in headers.iter_mut().enumerate() {

@@ -9,7 +9,7 @@
 //!   `computed_knots = knots + EXTRA_KNOTS`. Values at the knots below κ = 0 are mirrored from those above. They take
 //!   memory, but no time.
 //! - `kept`: number of kept nodes. `components`: numbers per node value, 1 for a power, 2 for an amplitude.
-//! - Time in ns: `BUILDS·((computed_knots + OTHER_KAPPAS)·at_one_kappa + KNOT_NS·kept·components·computed_knots)`.
+//! - Time in ns: `(computed_knots + OTHER_KAPPAS)·at_one_kappa + KNOT_NS·kept·components·computed_knots`.
 //! - Time at one κ: `at_one_kappa = TRANSFORM_NS·Σ n·log₂n + SCREEN_NS·(screen + windowed)`. Here n is the number of
 //!   points of each transform, `screen` that of the phase screen, and `windowed` that of the lattice's pixels if a
 //!   window multiplies them.
@@ -33,19 +33,17 @@ pub const BUILD_LIMIT: RangeInclusive<f64> = 1.0..=1e6;
 
 // The constants of time were measured on two cores for animal skins, gratings and scans of 32² to 2048² pixels.
 // Estimates are within a factor of two of the time on an idle machine; `crates/cli/tests/limits.rs` checks a factor of
-// five.
+// five. The first three contain a factor of 1.2 for earlier builds of the same table, which have fewer knots
+// (`build.rs`).
 
 /// Nanoseconds per pixel of a phase screen, which takes a sine and a cosine.
-const SCREEN_NS: f64 = 9.0;
+const SCREEN_NS: f64 = 10.8;
 /// Nanoseconds per point of a transform, for each doubling of its size.
-const TRANSFORM_NS: f64 = 0.55;
+const TRANSFORM_NS: f64 = 0.66;
 /// Nanoseconds per knot of a node, to gather its value, filter it and write its coefficient.
-const KNOT_NS: f64 = 5.0;
+const KNOT_NS: f64 = 6.0;
 /// Number of κ besides the knots at which node values are computed: two near zero, and those that measure the error.
 const OTHER_KAPPAS: f64 = 2.0 + ERROR_KAPPAS as f64;
-/// Work of all builds over that of the last one. A build is repeated with finer knots until its measured error meets
-/// the tolerance (`build.rs`), so earlier builds have fewer knots.
-const BUILDS: f64 = 1.2;
 /// Typical knot spacing of the last build over that of the first.
 const LAST_SPACING: f64 = 0.7;
 
@@ -227,7 +225,6 @@ impl BuildDemand {
         let computed_knots = knots + EXTRA_KNOTS as f64;
         let components = quantity.components() as f64;
         let seconds = 1e-9
-            * BUILDS
             * ((computed_knots + OTHER_KAPPAS) * (TRANSFORM_NS * transformed + SCREEN_NS * (screen + windowed))
                 + kept.nodes * components * KNOT_NS * computed_knots);
 
@@ -311,21 +308,12 @@ impl KeptCount {
                 // None: beyond the frequencies of all pairs of directions, so the nodes have no record.
                 if let Some(kappa) = kappa_reached([x.frequency_per_um, y.frequency_per_um]) {
                     kept.nodes += x.nodes * y.nodes;
-                    kept.floats += x.nodes * y.nodes * estimated_floats(quantity, kappa / kappa_step);
+                    kept.floats += x.nodes * y.nodes * record_floats(quantity, (kappa / kappa_step).floor());
                 }
             }
         }
         kept
     }
-}
-
-/// Floats of a record that is read up to the knot `last_knot`, at least 0. Beyond 10⁹ knots, more than any table has,
-/// the number is extrapolated in proportion, since it may exceed an integer of 32 bits.
-fn estimated_floats(quantity: NodeQuantity, last_knot: f64) -> f64 {
-    let capped = last_knot.min(1e9);
-    // Factor of the extrapolation: 1 up to the cap, also below knot 1.
-    let excess = (last_knot / capped.max(1.0)).max(1.0);
-    record_floats(quantity, capped as usize) as f64 * excess
 }
 
 /// Node of an axis that represents the nodes around it.

@@ -107,7 +107,7 @@ const BETA_PER_TAP: f64 = 2.3;
 /// Semicircle kernel whose images stay below `exp(−log_error)` on a lattice with [`OVERSAMPLING`], and its number of
 /// taps: the nodes that a look-up reads along one axis.
 pub(super) fn semicircle(log_error: f64) -> (InterpolationKernel, usize) {
-    let taps = ((log_error + LOG_IMAGES_AT_ZERO_TAPS) / LOG_FALL_PER_TAP).ceil().max(2.0);
+    let taps = ((log_error + LOG_IMAGES_AT_ZERO_TAPS) / LOG_FALL_PER_TAP).ceil();
     (InterpolationKernel::Semicircle { beta: BETA_PER_TAP * taps, radius: 0.5 * taps }, taps as usize)
 }
 

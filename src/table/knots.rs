@@ -5,7 +5,6 @@
 //! Their spacing is given in units of 1/bandwidth, in rad, and depends on the tolerance.
 
 use super::lattice::{Lattice, LatticeAxis};
-use super::spline::POLE;
 use super::{FREQUENCY_MAX_PER_UM, HEADER, NodeQuantity};
 use std::f64::consts::TAU;
 
@@ -13,9 +12,8 @@ use std::f64::consts::TAU;
 pub(super) const KAPPA_MAX: f64 = TAU * FREQUENCY_MAX_PER_UM;
 
 /// Number of knots beyond either end of the κ range. The boundary conditions at the spline's ends reach into the range
-/// with `|pole|⁶ ≈ 4e-4` of their error.
+/// with `|p|⁶ ≈ 4e-4` of their error, where p is the pole of `spline.rs`.
 pub(super) const EXTRA_KNOTS: i64 = 6;
-const _: () = assert!(POLE * POLE * POLE * POLE * POLE * POLE < 1e-3);
 
 /// First knot spacing at a tolerance of 1, in units of 1/bandwidth. A cubic B-spline errs by about `(a/2π)⁴` on a wave
 /// of `a` rad per knot, so the spacing scales with the fourth root of the tolerance. 13 is the widest spacing with
@@ -57,7 +55,7 @@ pub(super) fn knot_step(quantity: NodeQuantity, half_range_um: f64, spacing: f64
 ///
 /// Since `|wi + wo| ≤ 2`, `|f|² + (κ/2π)² ≤ (2/λmin)²`.
 pub(super) fn kappa_reached([fx, fy]: [f64; 2]) -> Option<f64> {
-    /// Relative increase for the rounding of κ in look-ups.
+    /// Relative increase for the rounding of κ in look-ups: 80 roundings of single precision, where a look-up has few.
     const ROUNDING: f64 = 1e-5;
     let rest = FREQUENCY_MAX_PER_UM.powi(2) - fx.powi(2) - fy.powi(2);
     (rest >= 0.0).then(|| TAU * rest.sqrt() * (1.0 + ROUNDING))
@@ -69,8 +67,9 @@ pub(super) fn nearest_frequency(axis: &LatticeAxis, node: f64) -> f64 {
     (node.abs() - 0.5 * axis.taps as f64).max(0.0) / axis.period_um
 }
 
-/// Length in floats of a record that look-ups read up to the knot `last_knot`: a header, and the coefficients of the
-/// knots from −1 to `last_knot + 2`. Their number is rounded up to even, since packing takes pairs.
-pub(super) fn record_floats(quantity: NodeQuantity, last_knot: usize) -> usize {
-    HEADER + (last_knot + 4).next_multiple_of(2) * quantity.components()
+/// Length in floats of a record that look-ups read up to the whole knot `last_knot`: a header, and the coefficients of
+/// the knots from −1 to `last_knot + 2`. Their number is rounded up to even, since packing takes pairs.
+pub(super) fn record_floats(quantity: NodeQuantity, last_knot: f64) -> f64 {
+    let pairs = (0.5 * (last_knot + 4.0)).ceil();
+    HEADER as f64 + 2.0 * pairs * quantity.components() as f64
 }

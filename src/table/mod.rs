@@ -26,7 +26,8 @@
 //! 6. `packed.rs`, with `format.rs`: its 32-bit words
 //! 7. `view.rs`: the look-up of evaluators
 //!
-//! Several of these files use `coherence.rs`, `error.rs` and `progress.rs`.
+//! Several of these files use `coherence.rs`, `error.rs` and `progress.rs`. Constants without another source were
+//! chosen; most comments state the price of larger and smaller values.
 
 mod advice;
 mod band;

@@ -140,7 +140,7 @@ impl Spectrum {
         let bins = match (self.model, self.lattice.is_native()) {
             (Model::Ensemble, true) => {
                 let mut bins = self.transform.amplitudes(kappa);
-                bins.par_iter_mut().with_min_len(4096).for_each(|c| *c = c.norm_sqr().into());
+                bins.par_iter_mut().for_each(|c| *c = c.norm_sqr().into());
                 bins
             }
             (Model::Patch, true) => self.transform.amplitudes(kappa),
@@ -252,7 +252,6 @@ impl Spectrum {
         let columns = sources(&self.lattice.x);
         sources(&self.lattice.y)
             .into_par_iter()
-            .with_min_len(16)
             .flat_map_iter(|(row, wy)| {
                 let row = &bins[row * self.lattice.x.pixels..];
                 columns.iter().map(move |&(column, wx)| row[column] * (wx * wy))

@@ -107,10 +107,10 @@ impl<T: Precision> Fft2<T> {
         transform_rows(&*self.along_x, data, self.nx);
         // Column-major: the kept columns, one after the other.
         let mut columns = vec![zero; kx * self.ny];
-        columns.par_chunks_mut(self.ny * COLUMNS_PER_TASK).enumerate().for_each(|(task, block)| {
+        columns.par_chunks_mut(self.ny * LINES_PER_TASK).enumerate().for_each(|(task, block)| {
             // The block has the columns of this task, the last block perhaps fewer.
             for (i, column) in block.chunks_mut(self.ny).enumerate() {
-                let bin = kept_bin(task * COLUMNS_PER_TASK + i, kx, self.nx);
+                let bin = kept_bin(task * LINES_PER_TASK + i, kx, self.nx);
                 for (to, row) in column.iter_mut().zip(data.chunks(self.nx)) {
                     *to = row[bin];
                 }
@@ -130,9 +130,10 @@ impl<T: Precision> Fft2<T> {
     }
 }
 
-/// Number of columns that one rayon task gathers and transforms in [`Fft2::band`]. Larger values use more of each cache
-/// line that neighbouring columns share; smaller ones balance threads better.
-const COLUMNS_PER_TASK: usize = 16;
+/// Number of rows or columns that one rayon task transforms, and side of a tile of [`transpose`] in elements. It was
+/// chosen for the cache: 16 complex numbers in double precision fill four lines of 64 bytes, and a tile takes 4 KiB.
+/// Larger values use more of each line that neighbouring columns share; smaller ones balance threads better.
+const LINES_PER_TASK: usize = 16;
 
 /// Bin of a transform of `n` points that becomes bin `i` among the `kept` bins nearest to frequency zero (both in FFT
 /// order).
@@ -143,22 +144,17 @@ fn kept_bin(i: usize, kept: usize, n: usize) -> usize {
 
 /// Transforms every row of `data`, each `width` long.
 fn transform_rows<T: Precision>(fft: &dyn Fft<T>, data: &mut [Complex<T>], width: usize) {
-    /// Rows transformed by one rayon task. Larger values cost less scheduling; smaller ones balance threads better.
-    const ROWS_PER_TASK: usize = 32;
-    data.par_chunks_mut(width * ROWS_PER_TASK).for_each(|chunk| fft.process(chunk));
+    data.par_chunks_mut(width * LINES_PER_TASK).for_each(|chunk| fft.process(chunk));
 }
 
 /// Writes the transpose of `from` (`height` rows of `width`) into `to`, in square tiles that fit the processor's cache.
 fn transpose<T: Copy + Send + Sync>(from: &[T], to: &mut [T], width: usize, height: usize) {
-    /// Side of a square tile in elements. 16 complex numbers in double precision fill four cache lines of 64 bytes, and
-    /// a tile takes 4 KiB.
-    const TILE: usize = 16;
-    to.par_chunks_mut(height * TILE).enumerate().for_each(|(task, to_rows)| {
+    to.par_chunks_mut(height * LINES_PER_TASK).enumerate().for_each(|(task, to_rows)| {
         // The task's rows of `to` are the columns of `from` from x0 on.
-        let x0 = task * TILE;
-        for y0 in (0..height).step_by(TILE) {
+        let x0 = task * LINES_PER_TASK;
+        for y0 in (0..height).step_by(LINES_PER_TASK) {
             for (dx, row) in to_rows.chunks_mut(height).enumerate() {
-                for y in y0..(y0 + TILE).min(height) {
+                for y in y0..(y0 + LINES_PER_TASK).min(height) {
                     row[y] = from[y * width + x0 + dx];
                 }
             }

@@ -4,13 +4,11 @@
 //! T is the length of one channel bit. Tracks run along y. In functions, lengths are in µm. Rounding is
 //! by `libm` rather than the platform's library, so that the tile is identical on every machine (`random.rs`).
 
+use super::preset::PIXELS;
 use super::random::{Random, smooth_step};
 use super::{HeightField, HeightFieldError};
 use ndarray::Array2;
 
-/// Pixels along each side of the tile, 0.0625 µm each: a pit's wall spans two. More pixels resolve the walls better;
-/// fewer make tables faster to build.
-const PIXELS: usize = 1024;
 /// Tracks on the tile. Forty make it 64 µm wide, about as large as the tiles of the presets of snake skin.
 const TRACKS: usize = 40;
 /// Distance between tracks along x in µm (IEC 60908).
@@ -19,10 +17,10 @@ const PITCH_UM: f64 = 1.6;
 const EXTENT_UM: f64 = TRACKS as f64 * PITCH_UM;
 /// Edge of a pixel in µm.
 const STEP_UM: f64 = EXTENT_UM / PIXELS as f64;
-/// Channel bits along one track of the tile. T is then 64 µm / 230 = 0.2783 µm. A disc that is read at 1.2 m/s and
-/// 4.3218 Mbit/s has 0.2777 µm.
-const CHANNEL_BITS: u32 = 230;
-/// T in µm.
+/// Channel bits along one track of the tile, rounded down to a whole number. A disc is read at 1.2 m/s and
+/// 4.3218 Mbit/s (IEC 60908).
+const CHANNEL_BITS: u32 = (EXTENT_UM * 4.3218 / 1.2) as u32;
+/// T in µm, 0.278.
 const BIT_UM: f64 = EXTENT_UM / CHANNEL_BITS as f64;
 /// Width of a pit at half depth, in µm, typical of pressed discs.
 const WIDTH_UM: f64 = 0.5;

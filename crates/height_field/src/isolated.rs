@@ -26,25 +26,21 @@ const KNOWN_GAP_MIN: f64 = 0.25;
 /// Smallest gap/range of any other number. A smaller bound would remove particles of dust, which are usually less than
 /// ten times as high as the relief. A larger one would leave missing points as spikes.
 const GAP_MIN: f64 = 10.0;
-/// Smallest fraction of the points at a level of the relief. A larger bound would remove narrow levels, such as thin
+/// Smallest fraction of the values at a level of the relief. A larger bound would remove narrow levels, such as thin
 /// ridges of a grating; a smaller one would keep common fractions of missing points.
+///
+/// The same fraction of the other values is ignored at either end where the gap of one of [`MISSING_NUMBERS`] is
+/// compared with their range. A second number for missing points among them would otherwise enlarge the range.
 const LEVEL_MIN: f64 = 0.05;
-/// Smallest fraction of the points at the most frequent of the other values for a level beside it. Coarsely quantised
-/// measurements have equal heights, too, but spread over more than four values.
+/// Smallest fraction of the values at the most frequent other number, if a number is to be a level beside it. Coarsely
+/// quantised measurements have equal heights, too, but spread over more than four values.
 const OTHER_LEVEL_MIN: f64 = 0.25;
-/// Largest fraction of points that isolated numbers may have together. Where most points share few numbers, these are
-/// more probably levels of the relief, and none is isolated.
-const FRACTION_MAX: f64 = 0.5;
 /// Largest number of different numbers for missing points in one file. Three are common, for points not measured,
 /// underflow and overflow; the fourth is spare.
 const KINDS_MAX: usize = 4;
-/// Reciprocal of the fraction of the other values that is ignored at either end when the gap of one of
-/// [`MISSING_NUMBERS`] is compared with their range. A second number for missing points among them would otherwise
-/// enlarge the range. A larger fraction would cut off more of the relief.
-const IGNORED_DIVISOR: usize = 20;
 
 /// Numbers for missing points among the stored `values`, each with its count, in the order of their detection. NaN are
-/// ignored.
+/// ignored, and do not count as values in this file.
 ///
 /// The lowest or the highest number is isolated if its gap to the rest is at least [`GAP_MIN`] times the range of the
 /// rest. For [`MISSING_NUMBERS`] the factor is [`KNOWN_GAP_MIN`]. A level is not isolated.
@@ -57,7 +53,8 @@ pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
     // Splits off one isolated number at a time.
     while found.len() < KINDS_MAX {
         let Some(split) = split_lowest(rest, total).or_else(|| split_highest(rest, total)) else { break };
-        if (total - split.rest.len()) as f64 > FRACTION_MAX * total as f64 {
+        // Numbers that most values share are more probably levels of the relief.
+        if 2 * split.rest.len() < total {
             return Vec::new();
         }
         found.push((split.value, split.count));
@@ -76,8 +73,8 @@ struct Split<'a> {
     rest: &'a [f64],
 }
 
-/// Splits off the lowest number; `None` if it is not isolated. `total` is the number of all known points of the file,
-/// `sorted` holds the values that are not split off yet.
+/// Splits off the lowest number; `None` if it is not isolated. `total` is the number of values of the file. `sorted`
+/// has those that are not split off yet.
 fn split_lowest(sorted: &[f64], total: usize) -> Option<Split<'_>> {
     let value = *sorted.first()?;
     let (same, rest) = sorted.split_at(sorted.partition_point(|other| *other <= value));
@@ -99,7 +96,7 @@ fn split_highest(sorted: &[f64], total: usize) -> Option<Split<'_>> {
 fn is_isolated(value: f64, gap: f64, rest: &[f64]) -> bool {
     let range_of = |part: &[f64]| part.first().zip(part.last()).map_or(0.0, |(low, high)| high - low);
     let (range, gap_min) = if MISSING_NUMBERS.contains(&value) {
-        let ignored = rest.len() / IGNORED_DIVISOR;
+        let ignored = (LEVEL_MIN * rest.len() as f64) as usize;
         (range_of(&rest[ignored..rest.len() - ignored]), KNOWN_GAP_MIN)
     } else {
         (range_of(rest), GAP_MIN)
@@ -109,17 +106,17 @@ fn is_isolated(value: f64, gap: f64, rest: &[f64]) -> bool {
 }
 
 /// Whether the equal numbers `same` are a level of the relief beside another level in the `rest`, which is sorted.
-/// `total` is the number of all known points.
+/// `total` is the number of values of the file.
 fn is_level(same: &[f64], rest: &[f64], total: usize) -> bool {
-    // Functions of a slice of equal numbers: its fraction of all points, and whether its number is in a list.
+    // Functions of a slice of equal numbers: its fraction of all values, and whether its number is in a list.
     let fraction = |equal: &[f64]| equal.len() as f64 / total as f64;
     let is_in = |equal: &[f64], numbers: &[f64]| equal.first().is_some_and(|value| numbers.contains(value));
     // Each of the other values, as a slice of equal numbers.
     let others = || rest.chunk_by(|a, b| a == b);
     let largest_other = others().map(fraction).fold(0.0, f64::max);
     let is_full_scale_level = |equal: &[f64]| is_in(equal, &FULL_SCALE) && fraction(equal) >= LEVEL_MIN;
-    // A common number for missing points is a level only at one end of full scale, with a level at the other end.
-    // Any other number may be one.
+    // A common number for missing points may be a level only if it is an end of full scale, and another end of full
+    // scale is as frequent as a level. Any other number may be one.
     let may_be_level =
         !is_in(same, &MISSING_NUMBERS) || (is_in(same, &FULL_SCALE) && others().any(is_full_scale_level));
     may_be_level && fraction(same) >= LEVEL_MIN && largest_other >= OTHER_LEVEL_MIN
@@ -179,8 +176,8 @@ mod tests {
                 assert_eq!(isolated(&values), [(value, 1)]);
             }
         }
-        // A grating over the whole range of 16-bit integers, a quarter of it walls. They reach its second level, so
-        // that the first alone is isolated.
+        // A grating over the whole range of 16-bit integers: a quarter floor, a quarter walls, half top. The walls
+        // begin at the top and end a quarter of the way to the floor. So the floor alone is far from the other values.
         let heights = |floor: f64, top: f64| {
             let wall = move |step: usize| (top + (floor - top) * 0.01 * (step * step) as f64).round();
             move |(_, ix): (usize, usize)| match ix % 20 {

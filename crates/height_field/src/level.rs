@@ -66,10 +66,6 @@ impl FromStr for Level {
     }
 }
 
-/// Largest sum of squares over all pixels of a basis function that is zero except for rounding. The sum of any other
-/// basis function is at least 0.25, that of `x·y` over 2 × 2 pixels.
-const ROUNDING_SQUARES: f64 = 1e-6;
-
 impl HeightField {
     /// The relief minus the surface that `level` names, fitted in height (along z).
     ///
@@ -121,7 +117,8 @@ impl HeightField {
     /// Subtracts the least-squares multiple of `basis(x, y)`, where x and y are column and row counted from the centre
     /// of the field, in pixels.
     ///
-    /// Nothing is subtracted if the basis is zero at all pixels, as a tilt along an axis of one pixel is.
+    /// Nothing is subtracted if the basis is zero at all pixels, as a tilt along an axis of one pixel or a bow along an
+    /// axis of two is. Such zeros are exact: with so few pixels nothing is rounded.
     fn subtract_fit(&mut self, basis: impl Fn(f64, f64) -> f64) {
         let (nx, ny) = self.size();
         let (cx, cy) = (0.5 * (nx as f64 - 1.0), 0.5 * (ny as f64 - 1.0));
@@ -132,7 +129,7 @@ impl HeightField {
             projection += b * h;
             squares += b * b;
         }
-        if squares > ROUNDING_SQUARES {
+        if squares > 0.0 {
             let factor = projection / squares;
             for ((iy, ix), h) in self.heights_um.indexed_iter_mut() {
                 *h -= factor * value(iy, ix);

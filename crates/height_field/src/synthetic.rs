@@ -3,13 +3,10 @@
 //! A grating is one period of pixels along x by one row, which is as high as the period, so that the tile is square.
 //! `fraction` is x/period in (0, 1), at the centre of a pixel.
 
+use super::preset::PIXELS;
 use super::{HeightField, HeightFieldError};
 use ndarray::Array2;
 use std::f64::consts::TAU;
-
-/// Number of pixels in one period. It is even, so that both halves of the lamellar grating are equal. More pixels
-/// follow the closed forms more closely and take more time in all later steps.
-const SAMPLES: usize = 1024;
 
 /// One pixel of 1 × 1 µm at height 0.
 pub(super) fn flat() -> Result<HeightField, HeightFieldError> {
@@ -18,9 +15,9 @@ pub(super) fn flat() -> Result<HeightField, HeightFieldError> {
 
 /// One period of `height_um · profile(x/period)`, sampled at pixel centres; `profile` has values in [0, 1].
 fn grating(period_um: f64, height_um: f64, profile: impl Fn(f64) -> f64) -> Result<HeightField, HeightFieldError> {
-    let height = |ix: usize| height_um * profile((ix as f64 + 0.5) / SAMPLES as f64);
-    let heights = Array2::from_shape_fn((1, SAMPLES), |(_, ix)| height(ix));
-    HeightField::new(heights, period_um / SAMPLES as f64, period_um)
+    let height = |ix: usize| height_um * profile((ix as f64 + 0.5) / PIXELS as f64);
+    let heights = Array2::from_shape_fn((1, PIXELS), |(_, ix)| height(ix));
+    HeightField::new(heights, period_um / PIXELS as f64, period_um)
 }
 
 /// A sawtooth that rises along +x from 0 to `height_um` and drops at the end of the period.

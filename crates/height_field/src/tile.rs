@@ -15,10 +15,10 @@ use std::f64::consts::PI;
 /// Fraction of each axis that is blended if no width is given. A wider strip changes more of the relief; a narrower one
 /// makes steeper transitions.
 const BLEND_FRACTION: f64 = 0.1;
-/// Smallest length that the search for matching edges tries, as a fraction of the longest, which is the axis without
-/// the strip. The search then covers a whole period of any relief with at least three periods. A smaller fraction may
-/// cut off more of the scan; a larger one finds fewer whole periods.
-const SHORTEST_FRACTION: f64 = 2.0 / 3.0;
+/// Smallest number of periods on an axis with which the search for matching edges covers a whole period: it shortens
+/// the longest length, the axis without the strip, by up to a third. The strip is at most a third of the axis. A
+/// smaller number may cut off more of the scan; a larger one finds fewer whole periods.
+const PERIODS_MIN: usize = 3;
 /// Tolerance on the mismatch, as a fraction of the largest mismatch. Lengths whose mismatch exceeds the least by at
 /// most this tolerance are accepted, and the search starts from the longest of them. A larger tolerance keeps more
 /// pixels and matches worse.
@@ -105,7 +105,7 @@ impl HeightField {
             let pixels = (width_um / step_um).round();
             match count {
                 1 => Ok(0),
-                _ if pixels >= 1.0 && pixels <= count as f64 / 3.0 => Ok(pixels as usize),
+                _ if pixels >= 1.0 && pixels <= count as f64 / PERIODS_MIN as f64 => Ok(pixels as usize),
                 _ => Err(HeightFieldError::Blend { axis, width_um, extent_um }),
             }
         };
@@ -177,7 +177,7 @@ fn best_length(heights: &Array2<f64>, strip: usize) -> usize {
     };
     let longest = heights.ncols() - strip;
     // At least `strip`, so that both strips do not overlap.
-    let shortest = ((SHORTEST_FRACTION * longest as f64).ceil() as usize).clamp(strip, longest);
+    let shortest = (longest * (PERIODS_MIN - 1)).div_ceil(PERIODS_MIN).clamp(strip, longest);
     let mismatches: Vec<f64> = (shortest..=longest).map(mismatch).collect();
     let least = mismatches.iter().copied().fold(f64::INFINITY, f64::min);
     let largest = mismatches.iter().copied().fold(0.0, f64::max);

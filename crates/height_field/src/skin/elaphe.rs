@@ -5,7 +5,7 @@
 //! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
 //! widths in these periods. [`smooth_step`] fades from 0 to 1 between its first two arguments.
 
-use super::{Finger, FingerShape, Lattice, PIXELS, Regions, fingers, mix, stretch};
+use super::{Finger, FingerShape, Lattice, PIXELS, Regions, closed, fingers, mix, stretch};
 use crate::random::{Random, smooth_step};
 use crate::{HeightField, HeightFieldError};
 use ndarray::Array2;
@@ -47,9 +47,7 @@ fn sheet_um(t: f64) -> f64 {
 /// the gap between them is a wedge; tips are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
     let t = t.max(0.0);
-    // Half a period, at which fingers touch, plus 0.6 flanks. The flank then begins beyond |q| = ½, where fingers
-    // touch, so the opacity is 1 everywhere.
-    let closed = 0.5 + 0.6 * FLANK;
+    let closed = closed(FLANK);
     // The wedge opens as t^(3/4), by square roots, which are the same on every machine.
     let wedge = closed - (0.5 * FLANK + 0.06) * smooth_step(0.0, 0.05, t) - 0.28 * (t * t.sqrt()).sqrt();
     // Fraction of the round end that lies before `t`: 0 before the end, 1 at its extremity.

@@ -33,13 +33,11 @@ pub(super) use elaphe::elaphe;
 pub use regions::{REGION_SIZE_UM, REGION_SPREAD, Regions};
 pub(super) use xenopeltis::xenopeltis;
 
+use super::preset::PIXELS;
 use super::random::{Random, smooth_step};
 use ndarray::{Array2, Axis};
 use rayon::prelude::*;
 
-/// Pixels along each side of a skin, 64 nm each: about ten in the shortest period of fingers, 0.62 µm. More pixels take
-/// more memory and time in all later steps; fewer lose the flanks of the fingers.
-const PIXELS: usize = 1024;
 /// Standard deviations to which a granule extends. Its height there is a hundredth of that at its centre. Larger values
 /// take more time; smaller ones leave a step around granules.
 const GRANULE_REACH: f64 = 3.0;
@@ -69,6 +67,12 @@ struct FingerShape {
     half_width: fn(t: f64, finger: &Finger) -> f64,
     /// Height of a finger's surface at `t` and `q`, in µm.
     surface_um: fn(t: f64, q: f64, finger: &Finger) -> f64,
+}
+
+/// Half the width of fingers that touch, in finger periods: half a period plus 0.6 flanks. The flank then begins beyond
+/// |q| = ½, where fingers touch, so the opacity is 1 everywhere.
+fn closed(flank: f64) -> f64 {
+    0.5 + 0.6 * flank
 }
 
 /// Layers and fingers over one tile, with the fingers along +x.

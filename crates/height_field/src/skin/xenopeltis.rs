@@ -5,7 +5,7 @@
 //! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
 //! widths in these periods. [`smooth_step`] fades from 0 to 1 between its first two arguments.
 
-use super::{Finger, FingerShape, Lattice, PIXELS, Regions, fingers, stretch};
+use super::{Finger, FingerShape, Lattice, PIXELS, Regions, closed, fingers, stretch};
 use crate::random::{Random, smooth_step};
 use crate::{HeightField, HeightFieldError};
 use ndarray::Array2;
@@ -33,8 +33,11 @@ const PLAIN_UM: f64 = 0.435;
 const TIP: f64 = 0.80;
 /// Length of a finger's round end, in layer periods.
 const TIP_LENGTH: f64 = 0.20;
-/// Position along a layer, in layer periods, beyond which no finger is drawn, to save time. Few random tips reach it.
-const REACH: f64 = 1.4;
+/// Standard deviation of the tips' positions, in layer periods.
+const TIP_SIGMA: f64 = 0.06;
+/// Position along a layer, in layer periods, beyond which no finger is drawn, to save time. No finger is longer, since
+/// [`Random::normal`] is at most 6.
+const REACH: f64 = TIP + TIP_LENGTH + 6.0 * TIP_SIGMA;
 
 /// Shape of the fingers, which lean towards −y.
 const SHAPE: FingerShape = FingerShape { lean: 0.15, flank: FLANK, reach: REACH, half_width, surface_um };
@@ -42,9 +45,7 @@ const SHAPE: FingerShape = FingerShape { lean: 0.15, flank: FLANK, reach: REACH,
 /// Half the width of a finger at `t`, in finger periods, between the middles of its two flanks. Fingers touch at t = 0;
 /// the gap between them is a pointed ellipse; tips are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
-    // Half a period, at which fingers touch, plus 0.6 flanks. The flank then begins beyond |q| = ½, where fingers
-    // touch, so the opacity is 1 everywhere.
-    let closed = 0.5 + 0.6 * FLANK;
+    let closed = closed(FLANK);
     let gap = 0.5 * FLANK * smooth_step(0.0, 0.08, t) + 0.17 * smooth_step(0.03, 0.45, t);
     // Wide and narrow fingers differ only near the tip, which is a bulb.
     let bulb = 0.36 * (finger.width - 1.0) * smooth_step(0.5, 0.85, t);
@@ -79,7 +80,7 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
     let mut random = Random::new(SEED);
     let table = fingers(LAYERS * FINGERS, &mut random, |random| Finger {
         shift: 0.06 * random.normal(),
-        tip: 0.06 * random.normal(),
+        tip: TIP_SIGMA * random.normal(),
         // Some fingers are wide enough to merge with a neighbour at the tip.
         width: if random.unit() < 0.12 { random.between(1.5, 2.1) } else { random.between(0.6, 1.3) },
         height_um: random.between(0.03, 0.19),
