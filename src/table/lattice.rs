@@ -187,9 +187,9 @@ const NATIVE_RATIO: f64 = 1.5;
 /// Smallest number of pixels of a resampled axis, so that its kernel does not overlap itself.
 const PIXELS_MIN: f64 = 8.0;
 
-/// Largest number of pixels of a resampled axis. The bound keeps the numbers of a plan in range; the cost estimate
-/// refuses far fewer pixels.
-const PIXELS_MAX: f64 = 1e12;
+/// Largest number of pixels of a resampled axis, so that sums of a plan's numbers stay in range where `usize` has 32
+/// bits. The cost estimate refuses far fewer pixels.
+const PIXELS_MAX: f64 = (u32::MAX / 2) as f64;
 
 /// Requirements on one axis.
 struct AxisDemand {
