@@ -33,54 +33,42 @@ use crate::table::{Progress, Steps, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Size of a table, and the integrals for which it is used.
-#[derive(Clone, Copy)]
-struct Resolution {
-    /// Largest number of quadrature nodes of a typical integral ([`AlbedoIntegral::typical_nodes`]).
-    quadrature_nodes_max: usize,
-    /// Number of cells along each side of the grid.
-    cells: u32,
-    /// Number of planes of wavelength.
-    planes: u32,
-}
-
-/// Sizes of tables. A table takes the first whose `quadrature_nodes_max` is not exceeded. Few quadrature nodes mean few
-/// narrow orders, whose ridges need fine grids. Cells are even and planes odd, so that every other node forms a coarse
-/// grid.
-const RESOLUTIONS: [Resolution; 4] = [
-    Resolution { quadrature_nodes_max: 400, cells: 48, planes: 17 },
-    Resolution { quadrature_nodes_max: 1000, cells: 32, planes: 11 },
-    Resolution { quadrature_nodes_max: 4000, cells: 20, planes: 9 },
-    Resolution { quadrature_nodes_max: usize::MAX, cells: 16, planes: 7 },
-];
+/// Number of cells along each side of the finest grid.
+const FINEST_CELLS: u32 = 48;
+/// Sizes of tables: the largest number of quadrature nodes of a typical integral ([`AlbedoIntegral::typical_nodes`]),
+/// then the numbers of cells along each side and of planes. A table takes the first row whose largest number is not
+/// exceeded, else [`SMALLEST_SIZE`]. Few quadrature nodes mean few narrow orders, whose ridges need fine grids.
+///
+/// Chosen for albedos of at most 1.01 (`tests/core/energy.rs`). Cells are even and planes odd, so that every other node
+/// forms a coarse grid.
+const RESOLUTIONS: [(usize, (u32, u32)); 3] = [(400, (FINEST_CELLS, 17)), (1000, (32, 11)), (4000, (20, 9))];
+/// Numbers of cells and planes of the smallest table, chosen as those of [`RESOLUTIONS`].
+pub(super) const SMALLEST_SIZE: (u32, u32) = (16, 7);
 /// Spacing of the coarse grid and groups, in nodes or groups of the table. [`Nodes::refined`] assumes 2.
 const COARSE_STRIDE: usize = 2;
-/// Smallest number of cells along each side of a table with ridges. The divisor is raised about a ridge over a width
-/// proportional to the cells, so larger cells would darken more directions.
-const RIDGE_CELLS_MIN: u32 = 24;
+/// Smallest number of cells along each side of a table of few narrow orders. The divisor is raised about a ridge over a
+/// width proportional to the cells. Chosen: larger cells would darken more directions.
+pub(super) const NARROW_CELLS_MIN: u32 = 24;
 /// Relative margin of the divisor for errors of interpolation. A smaller margin leaves larger albedos between nodes.
-/// With 0.015 no measured albedo of a grating exceeds one, but mean albedos are lower by 0.003 to 0.008.
+/// With 0.015 no measured albedo of a grating exceeds one, but mean albedos are lower by 0.003 to 0.008. Tables with
+/// ridges and fewer cells than [`FINEST_CELLS`] have a margin that is larger in inverse proportion.
+///
+/// It is also the relative increase of the excess per unit of excess, since a large divisor changes much within a cell.
+/// This increase matters for reliefs a few µm deep.
 const MARGIN: f64 = 0.007;
-/// Number of cells along each side at which tables with ridges get the margin [`MARGIN`]. With fewer cells the margin
-/// grows in inverse proportion to their number.
-const MARGIN_CELLS: f64 = 48.0;
 /// Excess of the divisor from which it gets the whole [`MARGIN`]. Smaller excesses get a proportional part, so that the
-/// margin does not begin with a step.
+/// margin does not begin with a step. Chosen.
 const MARGIN_FROM: f64 = 0.05;
 /// Relative increase of the excess at the rim of the grid, falling by a factor e² per cell: `(A − 1)·cos²θ` is concave
-/// in the outermost cells, so linear interpolation lies below it. Hardly any power leaves there, so a large value costs
-/// little.
+/// in the outermost cells, so linear interpolation lies below it. Chosen large, since hardly any power leaves there.
 const RIM_INCREASE: f64 = 3.0;
 /// Relative increase of the excess at the horizon where orders have ridges, falling as `(1 − cosθ)¹⁶`, to a tenth at
 /// 82°: ridges are narrowest there. With 0.3, albedos at a coherence length of 5 µm reach 1.03 beyond 85°.
 const GRAZING_INCREASE: f64 = 0.6;
-/// Relative increase of the excess per unit of excess: a large divisor changes much within a cell. The increase matters
-/// for reliefs a few µm deep.
-const LARGE_INCREASE: f64 = 0.007;
-/// Excess of `t` that is attributed to errors of the quadrature, and set to zero.
+/// Excess of `t` that is attributed to errors of the quadrature, and set to zero. Chosen.
 const NEGLIGIBLE: f64 = 3e-4;
-/// Number of iterations for `t`. Every iterate is an upper bound of `t`. More iterations lower the bound, so that the
-/// divisor darkens the reflectance less, but take longer.
+/// Number of iterations for `t`. Every iterate is an upper bound of `t`. Chosen: more iterations darken less, but take
+/// longer.
 const ITERATIONS: usize = 4;
 /// Half-side of a node's box ([`Ridge`]) along the grid's x and y, in cells. With 0.6 here and 0.5 for [`BOX_GROUPS`]
 /// albedos reach 1.04; with 1 here the mean albedo is lower by 0.01.
@@ -94,12 +82,13 @@ const BOX_GROUPS: f64 = 0.6;
 const CELL_COSINE: f64 = 3.08;
 /// Largest number of nodes beyond a cell's corners, along each axis, that are raised with the corners. The number is
 /// one for each half turn by which the *relief phase* changes across a cell: the phase between the relief's lowest and
-/// highest point ([`AlbedoIntegral::phase_max`]). A larger limit darkens reliefs tens of µm deep.
+/// highest point ([`AlbedoIntegral::phase_max`]). Chosen: a larger limit darkens reliefs tens of µm deep.
 const DEEP_REACH_MAX: usize = 3;
 /// Change of the relief phase across a cell, in radians, from which a relief with ridges counts as deep. Other reliefs
 /// count as deep from half a turn, π. With π for all, an albedo of 1.037 remains on a rough relief 1.2 µm deep.
 const DEEP_RIDGE_PHASE: f64 = 2.0;
 /// Check points within a cell of a deep relief, in place of its centre: fractions of the cell along x, y and group.
+/// Chosen half-way between its centre and four of its corners.
 const DEEP_CHECK_POINTS: [[f64; 3]; 4] =
     [[0.25, 0.25, 0.25], [0.75, 0.75, 0.25], [0.25, 0.75, 0.75], [0.75, 0.25, 0.75]];
 /// Factor on the deficits of deep reliefs, which are found at a few points only. With 1 an albedo of 1.03 remains on a
@@ -142,13 +131,9 @@ pub(super) struct Builder<'a, const K: usize> {
 /// Number of cells along each side of a surface's table, and number of its planes of wavelength.
 pub(super) fn resolution(integral: &AlbedoIntegral) -> (u32, u32) {
     let quadrature_nodes = integral.typical_nodes();
-    // The last resolution has no limit, so `coarsest` only replaces a panic.
-    let [.., coarsest] = RESOLUTIONS;
-    let Resolution { cells, planes, .. } = RESOLUTIONS
-        .into_iter()
-        .find(|resolution| quadrature_nodes <= resolution.quadrature_nodes_max)
-        .unwrap_or(coarsest);
-    (if integral.has_ridges() { Ord::max(cells, RIDGE_CELLS_MIN) } else { cells }, planes)
+    let found = RESOLUTIONS.into_iter().find(|(nodes_max, _)| quadrature_nodes <= *nodes_max);
+    let (cells, planes) = found.map_or(SMALLEST_SIZE, |(_, size)| size);
+    (if integral.has_ridges() { Ord::max(cells, NARROW_CELLS_MIN) } else { cells }, planes)
 }
 
 /// Group of one wavelength, at a position among `planes` planes that are equally spaced over the tables' range.
@@ -396,7 +381,7 @@ impl<'a, const K: usize> Builder<'a, K> {
         // Unlike `AlbedoIntegral::has_ridges`, includes spectral tables of many narrow nodes, whose ridges are low.
         let any_ridges = !self.ridge_cosines.is_empty();
         let margin = match is_node {
-            true if any_ridges => MARGIN * MARGIN_CELLS / f64::from(grid.cells),
+            true if any_ridges => MARGIN * f64::from(FINEST_CELLS) / f64::from(grid.cells),
             true => MARGIN,
             false => 0.0,
         };
@@ -406,7 +391,7 @@ impl<'a, const K: usize> Builder<'a, K> {
         t.map(|t| {
             let excess = t - 1.0;
             if excess > NEGLIGIBLE {
-                let increased = (1.0 + increase + LARGE_INCREASE * excess) * excess;
+                let increased = (1.0 + increase + MARGIN * excess) * excess;
                 (increased + margin * t * (excess / MARGIN_FROM).min(1.0)) * wi[2] * wi[2]
             } else {
                 0.0

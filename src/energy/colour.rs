@@ -4,7 +4,7 @@
 //! A colour channel is a band: an integral over wavelengths with its weights in linear sRGB. Its albedo is the weighted
 //! mean of the albedos by wavelength.
 
-use super::build::{Builder, Group};
+use super::build::{Builder, Group, SMALLEST_SIZE};
 use super::grid::{Grid, GridPlace, place};
 use super::{AlbedoIntegral, AlbedoLayout, bf16_above};
 use crate::colour::WavelengthWeights;
@@ -16,22 +16,15 @@ use serde::{Deserialize, Serialize};
 
 /// Number of bands: red, green and blue.
 const BANDS: usize = 3;
-/// Number of wavelengths in an integral over the bands. More take longer; fewer sample the bands too coarsely.
+/// Number of wavelengths in an integral over the bands. Chosen: more take longer; fewer sample the bands too coarsely.
 const WAVELENGTHS: usize = 12;
-/// Number of wavelengths in an integral over the bands where the albedo has ridges, narrow in directions and
-/// wavelengths. It is large enough that albedos of bands stay below 1.01 (`tests/core/energy.rs`).
-const WAVELENGTHS_OF_RIDGES: usize = 32;
-/// Number of cells along each side of the grid over directions. It is smaller than that of an
-/// [`AlbedoTable`](super::AlbedoTable), since integration over a band smooths the albedo. More cells take more memory;
-/// fewer leave larger albedos between nodes.
-const CELLS: u32 = 16;
-/// Number of cells along each side of the grid where the albedo has ridges, which are narrower than a cell of
-/// [`CELLS`]. Larger and smaller values act as those of [`CELLS`].
-const CELLS_OF_RIDGES: u32 = 32;
+/// Number of cells along each side of the grid over directions, and of wavelengths in an integral over the bands, where
+/// the albedo has ridges, narrow in both. Large enough that albedos of bands stay below 1.01 (`tests/core/energy.rs`).
+const SAMPLES_OF_RIDGES: u32 = 32;
 /// Number of [`BAND_NODES_NM`]. An evaluation with four would take 10 % longer; fewer follow the albedo less closely.
 pub(crate) const BAND_NODES: usize = 3;
-/// Wavelengths in nm at which an [`AlbedoTable`](super::AlbedoTable) is read for the bands, near the peaks of blue,
-/// green and red. Such a table replaces that of this file for surfaces of several sizes and for transparent bodies.
+/// Wavelengths in nm at which an [`AlbedoTable`](super::AlbedoTable) is read for the bands. Chosen near the peaks of
+/// blue, green and red. Such a table replaces that of this file for several sizes and for transparent bodies.
 pub(crate) const BAND_NODES_NM: [f64; BAND_NODES] = [460.0, 540.0, 620.0];
 /// Weights `[band][node]` of [`BAND_NODES_NM`] in the mean over a band, exact for an albedo that is linear between the
 /// nodes and constant beyond them. Derived from [`WavelengthWeights`]; a test recomputes them.
@@ -62,9 +55,10 @@ impl ColourAlbedoTable {
     pub fn build(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<Self> {
         // `None` for a table of amplitudes.
         let integral = AlbedoIntegral::fast(table, options)?;
+        // Integration over a band smooths the albedo, so that the smallest grid suffices without ridges.
         let (cells, wavelengths) = match integral.has_ridges() {
-            true => (CELLS_OF_RIDGES, WAVELENGTHS_OF_RIDGES),
-            false => (CELLS, WAVELENGTHS),
+            true => (SAMPLES_OF_RIDGES, SAMPLES_OF_RIDGES as usize),
+            false => (SMALLEST_SIZE.0, WAVELENGTHS),
         };
         // Bands have no place on the axis of wavelength, whose fields are 0.
         let layout =

@@ -8,12 +8,12 @@
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::{COSINE_MIN, Vec3};
 
-/// cosθ at which nodes on the rim and beyond it are evaluated. At cosθ = 0 the albedo may be infinite. The value is
-/// small against 0.007, the cosine one cell inside the rim of the finest grid (48 cells).
+/// cosθ at which nodes on the rim and beyond it are evaluated. At cosθ = 0 the albedo may be infinite. Chosen small
+/// against 0.007, the cosine one cell inside the rim of the finest grid (48 cells).
 const RIM_COSINE: f64 = 1e-4;
 
 /// Values of cosθ at which cells on the horizon are checked: 89.94° and 89.83°. The albedo of wide orders has a pole at
-/// the horizon that is confined to the last tenths of a degree.
+/// the horizon that is confined to the last tenths of a degree. Chosen.
 const RIM_COSINES: [f64; 2] = [1e-3, 3e-3];
 
 /// Place of a direction in a grid.

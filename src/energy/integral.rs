@@ -21,38 +21,38 @@ use super::node_gaussian::{Incidence, NodeGaussian, PANEL_PHASE_MAX, Ridge, peak
 use super::power_grid::PowerGrid;
 use super::quadrature::hemisphere;
 use crate::numeric::{Number, Real, Values};
-use crate::scattering::{COSINE_MIN, ComplexIndex, Obliquity, Options, Pair, SpectralIndex, Vec3};
+use crate::scattering::{
+    COSINE_MIN, ComplexIndex, Obliquity, Options, Pair, SpectralIndex, TYPICAL_WAVELENGTH_UM, Vec3,
+};
 use crate::table::{LatticeAxis, NodeCurve, NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MIN_NM};
 use std::collections::BTreeMap;
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Width of a panel of 16 quadrature nodes in standard deviations of a wide node. Wider panels are less accurate;
-/// narrower ones take longer.
+/// Width of a panel of 16 quadrature nodes in standard deviations of a wide node. Chosen: wider panels are less
+/// accurate; narrower ones take longer.
 const PANEL_SIGMAS: f64 = 18.0;
-/// Largest number of panels over the hemisphere with which a table's nodes count as wide. With more, it is faster to
-/// integrate nodes one by one.
+/// Largest number of panels over the hemisphere with which a table's nodes count as wide. Chosen: with more, it is
+/// faster to integrate nodes one by one.
 const PANELS_MAX: f64 = 24.0;
-/// Largest number of narrow nodes that the fast integral takes one by one. With more, the weaker nodes are merged. A
-/// larger number is more accurate but takes longer.
+/// Largest number of narrow nodes that the fast integral takes one by one. With more, the weaker nodes are merged.
+/// Chosen: a larger number is more accurate but takes longer.
 const SEPARATE_MAX: usize = 640;
 /// Number of the strongest nodes that stay separate where others are merged. Merging widens a node's Gaussian, which
-/// matters most for strong nodes. A larger number is more accurate but takes longer.
+/// matters most for strong nodes. Chosen: a larger number is more accurate but takes longer.
 const STRONGEST: usize = 16;
-/// Side in cycles/µm of the squares in which nodes are merged. Larger squares leave fewer Gaussians; smaller ones keep
-/// more of the nodes' frequencies.
+/// Side in cycles/µm of the squares in which nodes are merged. Chosen: larger squares leave fewer Gaussians; smaller
+/// ones keep more of the nodes' frequencies.
 const MERGED_SIDE_PER_UM: f64 = 0.14;
 
-/// Wavelength in µm at which the cosines of ridges are chosen: the middle of the visible range.
-const RIDGE_WAVELENGTH_UM: f64 = 0.55;
 /// Largest cosθo at which orders on a ridge are counted. Smaller values leave larger albedos (0.3 leaves 1.05 on a
 /// steep sinusoid); larger ones take longer.
 const RIDGE_COSINE_MAX: f64 = 0.45;
 /// Largest ratio of neighbouring [`AlbedoIntegral::ridge_cosines`]. It leaves albedos of 1.005 on a steep sinusoid; 1.7
 /// leaves 1.013, and smaller ratios take longer.
 const RIDGE_RATIO: f64 = 1.55;
-/// Smallest cosθo at which orders on a ridge are counted. Only Gaussians narrower than those of filtered sunlight
-/// (coherence length 65 µm) reach this bound. Closer to the horizon the divisor of the outgoing direction removes the
-/// ridge.
+/// Smallest cosθo at which orders on a ridge are counted. Chosen: only Gaussians narrower than those of filtered
+/// sunlight (coherence length 65 µm) reach this bound. Closer to the horizon the divisor of the outgoing direction
+/// removes the ridge.
 const RIDGE_COSINE_MIN: f64 = 0.07;
 
 /// Albedo integral of one ensemble table, at any incidence and wavelength.
@@ -241,7 +241,7 @@ impl<'a> AlbedoIntegral<'a> {
             return Vec::new();
         }
         // Larger standard deviation of a node in direction cosines.
-        let sigma = RIDGE_WAVELENGTH_UM
+        let sigma = TYPICAL_WAVELENGTH_UM
             * [&self.table.lattice().x, &self.table.lattice().y]
                 .map(LatticeAxis::sigma_per_um)
                 .into_iter()
@@ -258,7 +258,7 @@ impl<'a> AlbedoIntegral<'a> {
     /// Largest number of quadrature nodes among three typical incidences; at least 1. It decides on the resolution of
     /// the albedo's table (`build.rs`).
     pub(crate) fn typical_nodes(&self) -> usize {
-        // Directions wi, each with a wavelength in µm.
+        // Directions wi, each with a wavelength in µm. Chosen.
         let incidences = [([0.0, 0.0, 1.0], 0.4), ([0.6, 0.0, 0.8], 0.5), ([0.0, 0.8, 0.6], 0.6)];
         let counts = incidences.map(|(wi, wavelength_um)| self.quadrature_nodes(wi, wavelength_um, None).len());
         counts.into_iter().fold(1, usize::max)
@@ -334,7 +334,7 @@ impl<'a, V: Values> Integrand<'a, V> {
 
 /// Phase between the relief's lowest and highest point per unit of w, in radians: 2π/λ times the range of heights. Its
 /// change per unit of cosθo is the same number, since `w = cosθi + cosθo`.
-fn phase_per_cosine(table: &SpectralTable, wavelength_um: f64) -> f64 {
+pub(super) fn phase_per_cosine(table: &SpectralTable, wavelength_um: f64) -> f64 {
     // The knee is the reciprocal of half the range of heights.
     TAU / wavelength_um * 2.0 / table.kappa_knee()
 }
@@ -382,7 +382,7 @@ pub(super) fn merged_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     if gaussians.len() <= SEPARATE_MAX && !is_limited(table) {
         return gaussians;
     }
-    // A node's strength is the sum of its powers at five phase rates over the table's range.
+    // A node's strength is the sum of its powers at five phase rates, chosen evenly over the table's range.
     let curves = [0.1, 0.3, 0.5, 0.7, 0.9].map(|fraction| NodeCurve::new(table, fraction * table.kappa_max()));
     let strength = |node: &NodeGaussian| curves.iter().map(|curve| curve.power(&node.record).abs()).sum::<f64>();
     // Integers as keys, since floats have no total order. Strengths are of order one or less.

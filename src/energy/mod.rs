@@ -56,7 +56,7 @@ use build::{Builder, Group, resolution, single_wavelength};
 use grid::{Grid, place};
 use serde::{Deserialize, Serialize};
 
-/// Fraction of a build's progress at which the nodes are done; the report takes the rest. Progress is for display only.
+/// Fraction of a build's progress at which the nodes are done; the report takes the rest. Chosen; for display only.
 const NODES_DONE: f64 = 0.9;
 
 /// Dimensions of an [`AlbedoTable`] or a [`ColourAlbedoTable`].

@@ -18,37 +18,31 @@ use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 /// σ in direction cosines below which one quadrature node stands for a Gaussian's width. Far from the horizon the
-/// larger σ of both axes is compared, near the horizon the σ across the radius. Larger values take fewer nodes. The
-/// tests of the accurate integral allow an error of 0.2 % for this constant and [`WIDE_SIGMA`].
+/// larger σ of both axes is compared, near the horizon the σ across the radius. Larger values take fewer nodes. Chosen
+/// with [`WIDE_SIGMA`] for the error of 0.2 % that the tests of the accurate integral allow.
 const SHARP_SIGMA: f64 = 0.01;
 /// Largest ratio of σ across the radius to cosθi for one quadrature node near the horizon. The obliquity factor depends
-/// on the distance from the mirror direction in units of cosθi.
+/// on the distance from the mirror direction in units of cosθi. Chosen.
 const SHARP_OF_COSINE: f64 = 0.3;
 /// σ across the radius, in direction cosines, from which five quadrature nodes are used instead of three; see
 /// [`SHARP_SIGMA`] for the error.
 const WIDE_SIGMA: f64 = 0.04;
-/// Standard deviations from the centre at which a Gaussian is cut; 6e-7 of it lies beyond.
+/// Standard deviations from the centre at which a Gaussian is cut. Chosen, since 6e-7 of it lies beyond.
 const CUT_SIGMAS: f64 = 5.0;
-/// Distance of the centre from the horizon, in standard deviations, from which Gauss–Hermite rules follow `1/cosθo`. It
-/// keeps the pole beyond the Gaussian's ends ([`CUT_SIGMAS`]).
-const CLEAR_SIGMAS: f64 = 6.0;
 /// Smallest `cos²θo/σ`, with θo of the centre, at which one quadrature node stands for a Gaussian. The mean of
 /// `1/cosθo` then has an error of 0.1 %.
 const ONE_NODE_SIGMAS: f64 = 40.0;
 /// Smallest `cos²θo/σ`, with θo of the centre, at which three quadrature nodes per axis stand for a Gaussian, and one
 /// for a merged Gaussian. Three give the mean of `1/cos³θo` to 1e-4; one gives the mean of `1/cosθo` to 0.6 %.
 const THREE_NODES_SIGMAS: f64 = 16.0;
-/// Largest change of the relief's phase over σ, in radians, for which Gauss–Hermite rules are used. Larger values
-/// sample fringes of the power too coarsely; smaller ones take more nodes.
-const SIGMA_PHASE_MAX: f64 = 1.0;
-/// Largest change of the relief's phase over a panel of 16 quadrature nodes, in radians: about five periods. Wider
-/// panels sample fringes too coarsely; narrower ones take longer.
+/// Largest change of the relief's phase over a panel of 16 quadrature nodes, in radians: about five periods. Chosen:
+/// wider panels sample fringes too coarsely; narrower ones take longer.
 pub(super) const PANEL_PHASE_MAX: f64 = 30.0;
-/// Largest width of a panel of 16 quadrature nodes, in standard deviations of a Gaussian that is cut exactly. Wider
-/// panels are less accurate; narrower ones take longer.
+/// Largest width of a panel of 16 quadrature nodes, in standard deviations of a Gaussian that is cut exactly. Chosen:
+/// wider panels are less accurate; narrower ones take longer.
 const CUT_PANEL_SIGMAS: f64 = 2.5 * CUT_SIGMAS;
 /// Distance of the centre inside the horizon, in standard deviations, at which the mean of `(1 − ρ)^(−½)` over a
-/// Gaussian is largest. Near the horizon `1/cosθo` is proportional to this power.
+/// Gaussian is largest, to two digits. Near the horizon `1/cosθo` is proportional to this power.
 const PEAK_SIGMAS: f64 = 0.77;
 
 /// Power `P(κ)` around a frequency, with a Gaussian spread.
@@ -195,10 +189,10 @@ impl NodeGaussian<'_> {
     /// σ. `is_whole` tells for each axis whether the resolved range includes all of the Gaussian.
     fn rule(&self, incidence: &Incidence, rho_squared: f64, widest: f64, is_whole: [bool; 2]) -> Rule {
         let rho = rho_squared.sqrt();
-        // Whether Gauss–Hermite rules follow `1/cosθo` and the relief's phase. Since cosθo = √(1 − ρ²), the phase
-        // changes by phase·σ·ρ/cosθo over σ.
-        let is_clear = 1.0 - rho > CLEAR_SIGMAS * widest
-            && incidence.phase * widest * rho < SIGMA_PHASE_MAX * (1.0 - rho_squared).max(0.0).sqrt();
+        // Whether Gauss–Hermite rules follow `1/cosθo` and the relief's phase. The pole of the former then lies 1 σ
+        // beyond the Gaussian's ends, and the phase changes by phase·σ·ρ/cosθo < 1 rad over σ. Both bounds are chosen.
+        let is_clear = 1.0 - rho > (CUT_SIGMAS + 1.0) * widest
+            && incidence.phase * widest * rho < (1.0 - rho_squared).max(0.0).sqrt();
         // Whether cos²θo/σ exceeds a bound; cos²θo = 1 − ρ².
         let is_far = |sigmas: f64| 1.0 - rho_squared > sigmas * widest;
         let is_sharp =

@@ -14,12 +14,12 @@ use crate::numeric::math::sines_and_cosines;
 use crate::scattering::Vec3;
 use std::f64::consts::FRAC_PI_2;
 
-/// Incident cosine below which the horizon gets panels of its own. A larger value takes more nodes; a smaller one is
-/// less accurate at grazing incidence.
+/// Incident cosine below which the horizon gets panels of its own. Chosen: a larger value takes more nodes; a smaller
+/// one is less accurate at grazing incidence.
 const GRAZING_COS: f64 = 0.03;
 /// Width of the horizon's panels in ψ: a multiple of cosθi, in radians. At their inner edge cosθo is about 8 cosθi for
-/// α = 0, so `1/(cosθi + cosθo)²` is 1/81 of its value at the horizon. Wider panels sample this fall more coarsely;
-/// narrower ones leave more of it to the other panels.
+/// α = 0, so `1/(cosθi + cosθo)²` is 1/81 of its value at the horizon. Chosen: wider panels sample this fall more
+/// coarsely; narrower ones leave more of it to the other panels.
 const HORIZON_COSINES: f64 = 8.0;
 
 /// Quadrature rule on [−1, 1] that is symmetric about zero: pairs of a positive abscissa and its weight. The negative

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
-/// Incident angle in degrees below which the largest albedo is reported. Beyond it every surface has large albedos, by
-/// the pole at the horizon.
+/// Incident angle in degrees below which the largest albedo is reported. Chosen: beyond it every surface has large
+/// albedos, by the pole at the horizon.
 const LARGEST_BELOW_DEG: f64 = 85.0;
 
 /// Numbers of four lanes: quadrature nodes side by side.

@@ -12,49 +12,42 @@
 //! units of the wave number in the medium. λ' and λ" are the wavelengths by which frequencies and the phase rate κ
 //! follow (`scattering/size.rs`); both are λ for one size.
 
+use super::build::{NARROW_CELLS_MIN, SMALLEST_SIZE};
 use super::grid::Grid;
-use super::integral::merged_gaussians;
+use super::integral::{merged_gaussians, phase_per_cosine};
 use super::node_gaussian::NodeGaussian;
 use super::quadrature::HERMITE_3;
 use super::sizes::SizeAxes;
 use super::{AlbedoLayout, AlbedoTable, packets};
 use crate::numeric::{Lanes, Number, Numbers, Real, Values};
-use crate::scattering::{Passage, SizeRange, TransparentBody, Vec3};
+use crate::scattering::{Passage, SLAB_PHASE, SizeRange, TYPICAL_WAVELENGTH_UM, TransparentBody, Vec3};
 use crate::table::{NodeQuantity, PowerCurves, Progress, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Wavelength in µm at which widths of Gaussians are taken: the middle of the visible range.
-const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
-
 /// Largest number of Gaussians that count as few. The albedo of few orders changes fastest, and is integrated over the
-/// width of each. Many Gaussians overlap, so that each counts at its centre.
+/// width of each. Many Gaussians overlap, so that each counts at its centre. Chosen.
 const FEW: usize = 100;
-/// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few Gaussians. More leave
-/// smaller errors between nodes, and take longer and more memory.
-const CELLS_AND_PLANES_OF_FEW: (u32, u32) = (24, 11);
-/// Cells along each side of the grid, and planes, for many Gaussians.
-const CELLS_AND_PLANES_OF_MANY: (u32, u32) = (16, 7);
-/// Margin of the divisor for errors of interpolation. A larger margin darkens; a smaller one leaves albedos above one
-/// between nodes.
+/// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few Gaussians; many have
+/// [`SMALLEST_SIZE`]. Chosen: more planes leave smaller errors between nodes, and take longer and more memory.
+const CELLS_AND_PLANES_OF_FEW: (u32, u32) = (NARROW_CELLS_MIN, 11);
+/// Relative margin of the divisor for errors of interpolation. Chosen: a larger margin darkens; a smaller one leaves
+/// albedos above one between nodes.
 const MARGIN: f64 = 0.005;
-/// Excess of the divisor over one from which it gets the whole margin. Smaller excesses get a proportional part.
+/// Excess of the divisor over one from which it gets the whole margin. Smaller ones get a proportional part. Chosen.
 const MARGIN_FROM: f64 = 0.02;
 /// Standard deviation of a Gaussian, in units of the wave number in the medium, from which three quadrature nodes along
-/// an axis stand for its width. Smaller values take longer; larger ones ignore more of the width.
+/// an axis stand for its width. Chosen: smaller values take longer; larger ones ignore more of the width.
 const SHARP_SIGMA: f64 = 0.004;
 /// Phase between the relief's lowest and highest point, in radians per unit of w, from which a relief counts as deep.
 /// The phase then changes by about 2 rad across a cell. If no relief counted as deep, an albedo of 1.046 would remain
 /// on a sinusoid 1.7 µm high.
 const DEEP_PHASE: f64 = 15.0;
 /// Offsets from a node at which albedos of deep reliefs are integrated: along x and y in cells, and in planes. They are
-/// the node and four corners of a cube around it. A larger cube also has maxima nearer to other nodes, and darkens more
-/// directions; a smaller one misses maxima between nodes.
+/// the node and four corners of a cube around it. Chosen: a larger cube also has maxima nearer to other nodes, and
+/// darkens more directions; a smaller one misses maxima between nodes.
 const DEEP_OFFSETS: [[f64; 3]; 5] =
     [[0.0; 3], [0.35, 0.35, 0.35], [-0.35, -0.35, 0.35], [0.35, -0.35, -0.35], [-0.35, 0.35, -0.35]];
-/// Largest change between slabs of the phase between the relief's lowest and highest point, in radians per unit of w.
-/// A larger change interpolates more coarsely; a smaller one takes more slabs.
-const SLAB_PHASE: f64 = 3.0;
 
 /// Four nodes of the table side by side.
 type Real4 = <Lanes<'static> as Numbers>::Real;
@@ -82,10 +75,8 @@ impl AlbedoTable {
         }
         let integral = BodyIntegral::new(table, body);
         let parts = integral.parts();
-        let (cells, planes) = if integral.is_few() { CELLS_AND_PLANES_OF_FEW } else { CELLS_AND_PLANES_OF_MANY };
-        // Phase in radians between the relief's lowest and highest point, per unit of w, at the shortest wavelength.
-        // The knee is the reciprocal of half the range of heights.
-        let phase_max = TAU / (1e-3 * WAVELENGTH_MIN_NM) * 2.0 / table.kappa_knee();
+        let (cells, planes) = if integral.is_few() { CELLS_AND_PLANES_OF_FEW } else { SMALLEST_SIZE };
+        let phase_max = phase_per_cosine(table, 1e-3 * WAVELENGTH_MIN_NM);
         let (planes, sizes) = match sizes {
             None => (planes, None),
             Some(sizes) => {
@@ -114,7 +105,7 @@ impl AlbedoTable {
             let value = |node: usize| {
                 steps.one();
                 let (plane, node) = (node / grid.in_plane(), node % grid.in_plane());
-                let position = [node % grid.side(), node / grid.side()].map(|i| i as f64);
+                let position = grid.position(node);
                 let ([.., cos], radius) = grid.direction(position);
                 if grid.is_beyond(radius) {
                     return 0.0;

@@ -15,10 +15,10 @@ use serde::{Deserialize, Serialize};
 /// Number of coefficients of a polynomial in the cosine. With this number it follows the ratios of measured metals to
 /// 0.2 %; a larger number costs more per evaluation.
 const COEFFICIENTS: usize = 6;
-/// Step in nm of the mean over a band. Refractive indices vary little over it.
+/// Step in nm of the mean over a band, the default of [`SpectralToRgb`]. Refractive indices vary little over it.
 const STEP_NM: f64 = 5.0;
-/// Smallest mean of R/R0. It keeps quotients finite where a polynomial comes close to zero; larger values would change
-/// materials that are dark in one band.
+/// Smallest mean of R/R0. Chosen: it keeps quotients finite where a polynomial comes close to zero; larger values would
+/// change materials that are dark in one band.
 const MEAN_MIN: f64 = 1e-3;
 
 /// Means of R/R0 over the bands of linear sRGB, as polynomials in the cosine at the half vector.

@@ -20,17 +20,13 @@ use crate::scattering::{
 use crate::table::{Model, Progress, SpectralTable};
 use serde::{Deserialize, Serialize};
 
-/// Progress of a build at the end of the colour table: roughly the table's fraction of the build time. Progress is for
+/// Progress of a build at the end of the colour table. Chosen roughly as the table's fraction of the build time; for
 /// display only.
 const TABLE_DONE: f64 = 0.8;
-/// Progress of a build at the end of the albedos.
-const ALBEDO_DONE: f64 = 0.95;
-/// Fraction of the albedos' progress that the ensemble's spectral table takes, for a patch.
-const ENSEMBLE_FRACTION: f64 = 0.5;
-/// First and last wavelength in nm at which the index may become the reference: the range in which light is clearly
-/// visible.
+/// First and last wavelength in nm at which the index may become the reference. Chosen as the range in which light is
+/// clearly visible.
 const REFERENCE_NM: (u32, u32) = (400, 700);
-/// Step between these wavelengths in nm. Refractive indices vary little over it.
+/// Step between these wavelengths in nm. Chosen: refractive indices vary little over it.
 const REFERENCE_STEP_NM: usize = 10;
 
 /// A diffracting surface in linear sRGB, from tables.
@@ -122,8 +118,9 @@ impl ColourSurface {
         let (table, spectral) =
             ColourTable::build_reflecting(field, &table_options, &ratio, &progress.part(0.0, TABLE_DONE))?;
         let table_seconds = start.elapsed().as_secs_f64();
+        let (albedo_progress, sampler_progress) = progress.part(TABLE_DONE, 1.0).halves();
         let Albedos { bands: albedo, by_wavelength: albedo_by_wavelength } =
-            Albedos::build(field, options, &spectral, &progress.part(TABLE_DONE, ALBEDO_DONE))?;
+            Albedos::build(field, options, &spectral, &albedo_progress)?;
         // Frees the memory before the sampler is built.
         drop(spectral);
         // Only resized reliefs need the correction. Only an index that varies over wavelengths has a ratio besides 1.
@@ -131,7 +128,7 @@ impl ColourSurface {
             (Some(SpectralIndex::Sampled(_)), Some(_)) => Some(BandRatio::new(&BandRatio::band_weights()?, ratio)),
             _ => None,
         };
-        progress.report(ALBEDO_DONE);
+        sampler_progress.report(0.0);
         let sampler = build_sampler(&table, options, reference);
         let report = ColourSurfaceReport {
             table_bytes: table.report().bytes,
@@ -271,8 +268,9 @@ impl Albedos {
             Model::Patch => {
                 // A patch is one member of the ensemble, and takes the ensemble's albedo.
                 let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                let mean = build_table(field, &ensemble, &progress.part(0.0, ENSEMBLE_FRACTION))?.table;
-                Self::of_ensemble(&mean, options, &progress.part(ENSEMBLE_FRACTION, 1.0))
+                let (table_progress, albedo_progress) = progress.halves();
+                let mean = build_table(field, &ensemble, &table_progress)?.table;
+                Self::of_ensemble(&mean, options, &albedo_progress)
             }
         };
         Ok(Self {

@@ -10,7 +10,8 @@ use crate::numeric::{Number, Numbers, Real};
 use std::array;
 
 /// Fraction of samples drawn uniformly over the hemisphere ([`square_to_hemisphere`]). They bound the sample weight
-/// where the lobe's own density is far below the reflectance. Larger fractions lower the bound but waste more samples.
+/// where the lobe's own density is far below the reflectance. Chosen: larger fractions lower the bound, but waste more
+/// samples.
 pub const UNIFORM_FRACTION: f64 = 0.02;
 
 /// Density of the mixture in 1/sr, from the lobe's own density at each of the `L` wavelengths carried. Zero where the

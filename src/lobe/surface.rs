@@ -17,12 +17,6 @@ use crate::table::{
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
 
-/// Fraction of a build's progress that the spectral table takes; the albedos take the rest. A rough estimate, since
-/// progress is for display only.
-const TABLE_FRACTION: f64 = 0.5;
-/// Fraction of the albedos' progress that the ensemble's spectral table takes, for a patch. Also a rough estimate.
-const ENSEMBLE_FRACTION: f64 = 0.5;
-
 /// A diffracting surface at wavelengths, from tables.
 ///
 /// ```
@@ -97,11 +91,11 @@ impl Surface {
         TableError::unless_in("coherence_length", length_um, COHERENCE_LENGTH_UM, "0.001 to 100000 µm")?;
         TableError::unless_in("tolerance", options.tolerance, TOLERANCE, "1e-6 to 0.1")?;
         options.demand(field).check(options.build_limit)?;
+        let (table_progress, albedo_progress) = progress.halves();
         // The table as the sampler and the albedos integrate it, and packed as lobes evaluate it.
-        let Built { table, packed, report: table_report } =
-            build_table(field, options, &progress.part(0.0, TABLE_FRACTION))?;
+        let Built { table, packed, report: table_report } = build_table(field, options, &table_progress)?;
         let sampler = Sampler::new(&table, options);
-        let (albedo_table, energy) = albedos(field, &table, options, &progress.part(TABLE_FRACTION, 1.0))?;
+        let (albedo_table, energy) = albedos(field, &table, options, &albedo_progress)?;
         // Lobes without an albedo table skip the division.
         let albedo_table = albedo_table.filter(|table| !table.is_one()).map(Arc::new);
         let report = SurfaceReport {
@@ -264,8 +258,9 @@ fn albedos(
         // A patch is one member of the ensemble, and takes the ensemble's albedo.
         Model::Patch => {
             let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-            let mean = build_table(field, &ensemble, &progress.part(0.0, ENSEMBLE_FRACTION))?.table;
-            Ok(ensemble_albedos(&mean, options, &progress.part(ENSEMBLE_FRACTION, 1.0)))
+            let (table_progress, albedo_progress) = progress.halves();
+            let mean = build_table(field, &ensemble, &table_progress)?.table;
+            Ok(ensemble_albedos(&mean, options, &albedo_progress))
         }
     }
 }

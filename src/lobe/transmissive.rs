@@ -26,9 +26,9 @@ use crate::sampling::{BELOW_ONE, direction_above};
 use crate::scattering::{BodyWave, Passage, Reading, RelativeSize, TransparentBody, TransparentPair, Vec3};
 use std::array;
 
-/// Bounds of the probability with which a sample is reflected. They limit the weights of samples on the side to which a
-/// flat body sends less light. Wider bounds allow larger weights; narrower ones waste samples on that side.
-const REFLECTED_PROBABILITY: [f64; 2] = [0.05, 0.95];
+/// Smallest probability with which a sample leaves on either side. It limits the weights of samples on the side to
+/// which a flat body sends less light. Chosen: smaller values allow larger weights; larger ones waste samples there.
+const SIDE_PROBABILITY_MIN: f64 = 0.05;
 
 /// The lobe of a transparent body over its table data, for any number of wavelengths (see [`Lobe`](super::Lobe)).
 #[derive(Clone, Copy)]
@@ -168,10 +168,10 @@ impl<N: Numbers> Sides<N> for TransparentBody {
     }
 }
 
-/// Probability that a sample is reflected: the reflectance of a flat body, within [`REFLECTED_PROBABILITY`].
+/// Probability that a sample is reflected: the reflectance of a flat body, bounded by [`SIDE_PROBABILITY_MIN`].
 #[inline(always)]
 fn reflected_probability<N: Numbers>(wi: &BodyWave<N>) -> N::Real {
-    let [low, high] = REFLECTED_PROBABILITY.map(N::Real::lit);
+    let [low, high] = [SIDE_PROBABILITY_MIN, 1.0 - SIDE_PROBABILITY_MIN].map(N::Real::lit);
     wi.reflectance().clip(low, high)
 }
 

@@ -10,6 +10,7 @@
 //! ```
 
 use super::ComplexIndex;
+use super::small_slope::SQUARED_MODULUS_MIN;
 use crate::numeric::Real;
 use sunbeam_fourier::num_complex::Complex64;
 
@@ -40,8 +41,6 @@ pub fn fresnel_unpolarised(cos_theta: f64, index: ComplexIndex) -> f64 {
 /// [`fresnel_unpolarised`] for every family of numbers, in real arithmetic.
 #[inline(always)]
 pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
-    /// Smallest divisor. It makes the result 0 for equal media at grazing incidence, where quotients would be 0/0.
-    const DIVISOR_MIN: f64 = 1e-30;
     let lit = R::lit;
     let cos = cos_theta.clip(lit(0.0), lit(1.0));
     let cos_squared = cos * cos;
@@ -49,9 +48,10 @@ pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
     let (a, b) = transmitted_normal(sin_squared, index);
     let b_squared = b * b;
     // |(x − y)/(x + y)|² for real parts `difference` and `sum` and the square of the common imaginary part. Squares of
-    // differences do not cancel for indices near one, as differences of squares would.
+    // differences do not cancel for indices near one, as differences of squares would. Equal media at grazing incidence
+    // would have 0/0, and get 0.
     let ratio = |difference: R, sum: R, imaginary_squared: R| {
-        difference.fma(difference, imaginary_squared) / sum.fma(sum, imaginary_squared).max(lit(DIVISOR_MIN))
+        difference.fma(difference, imaginary_squared) / sum.fma(sum, imaginary_squared).max(lit(SQUARED_MODULUS_MIN))
     };
     // |r_s|², and |r_p|²/|r_s|².
     let s = ratio(cos - a, cos + a, b_squared);
@@ -62,15 +62,14 @@ pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
 /// Real and imaginary part of `t = √(ε − sin²θ) = a + ib`, both non-negative.
 #[inline(always)]
 pub(super) fn transmitted_normal<R: Real>(sin_squared: R, ComplexIndex { eta, k }: ComplexIndex) -> (R, R) {
-    /// Smallest divisor. It makes the result 0 for t = 0, where the quotient would be 0/0.
-    const LARGER_MIN: f64 = 1e-15;
     let lit = R::lit;
     // Real part of t², a² − b²; the imaginary part is 2ab = 2·eta·k.
     let real = lit(eta * eta - k * k) - sin_squared;
     let length = real.fma(real, lit(4.0 * eta * eta * k * k)).sqrt();
     // The larger of a and b is √((|t²| + |a² − b²|)/2), without cancellation; the smaller follows from the product ab.
+    // For t = 0 it is 0 by the bound on the divisor.
     let larger = ((length + real.abs()) * lit(0.5)).sqrt();
-    let smaller = lit(eta * k) / larger.max(lit(LARGER_MIN));
+    let smaller = lit(eta * k) / larger.max(lit(SQUARED_MODULUS_MIN.sqrt()));
     let is_b_larger = real.lt(lit(0.0));
     (R::select(is_b_larger, smaller, larger), R::select(is_b_larger, larger, smaller))
 }

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 /// A direction in the local frame (docs/model.md#conventions), of unit length.
 pub type Vec3 = [f64; 3];
 
-/// Accepted deviation of a given direction's length from 1. Directions printed with four digits pass. Larger deviations
-/// are taken for mistakes.
+/// Accepted deviation of a given direction's length from 1. Chosen: directions printed with four digits pass, and
+/// larger deviations are taken for mistakes.
 pub const LENGTH_TOLERANCE: f64 = 1e-3;
 
 /// Reason why three numbers are no direction. The caller prints the message after the parameter's name.
@@ -55,8 +55,8 @@ pub enum Obliquity {
     SmallSlope,
 }
 
-/// Smallest cosine with the normal; smaller ones are raised to it. Products of reciprocal cosines then stay finite in
-/// single precision. Its angle from the horizon, 0.000 006°, is invisible.
+/// Smallest cosine with the normal; smaller ones are raised to it. Chosen: products of reciprocal cosines stay finite
+/// in single precision, and its angle from the horizon, 0.000 006°, is invisible.
 pub(crate) const COSINE_MIN: f64 = 1e-7;
 
 /// A pair of directions above the surface: scattering vector `(u, v, w)` and cosines.

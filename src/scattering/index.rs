@@ -11,8 +11,8 @@ pub struct ComplexIndex {
     pub k: f64,
 }
 
-/// Largest `k/eta` of a dielectric. Keratin with melanin stays below 0.05, metals lie above 1. Larger values would
-/// count strong absorbers as dielectrics, for which the small-slope factor is used by default.
+/// Largest `k/eta` of a dielectric. Chosen: keratin with melanin stays below 0.05, metals lie above 1. Larger values
+/// would count strong absorbers as dielectrics, for which the small-slope factor is used by default.
 const DIELECTRIC_MAX: f64 = 0.1;
 
 impl ComplexIndex {

@@ -42,10 +42,10 @@ pub(crate) use options::build_table;
 pub(crate) use passage::Passage;
 pub use size::{RELATIVE_SIZE, Reading, RelativeSize, SizeRange};
 pub(crate) use size::{SLAB_PHASE, SLAB_PHASE_OF_RIDGES};
+#[cfg(test)]
+pub(crate) use small_slope::SINES_MIN;
 pub(crate) use small_slope::small_slope;
 pub use small_slope::{Amplitudes, small_slope_amplitudes};
-#[cfg(test)]
-pub(crate) use transparent::SINES_MIN;
-pub(crate) use transparent::{BodyWave, TransparentPair};
+pub(crate) use transparent::{BodyWave, TYPICAL_WAVELENGTH_UM, TransparentPair};
 pub use transparent::{Transmission, TransparentBody};
 pub(crate) use vector::Scattering;

@@ -4,8 +4,8 @@ use super::transparent::{BodyWave, TransparentBody};
 use crate::numeric::{Number, Numbers, Real};
 
 /// Smallest normal component w of the scattering vector in the weights of orders at a transparent body, in units of the
-/// wave number in vacuum. Weights are divided by w². Samplers tabulate powers over intervals of about this size, so
-/// their powers do not vanish at w = 0 as the true ones do. The value affects the variance of samples only.
+/// wave number in vacuum. Weights are divided by w². Chosen: samplers tabulate powers over intervals of about this
+/// size, so their powers do not vanish at w = 0 as the true ones do. It affects the variance of samples only.
 const DIVISOR_MIN: f64 = 0.05;
 
 /// An incident direction, and the side of the relief on which light leaves.

@@ -29,11 +29,12 @@ use super::{ComplexIndex, Vec3};
 use crate::numeric::Real;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Smallest product of the sines by which the azimuth's cosine is divided. Nearer to the normal the azimuth is lost to
-/// rounding and does not matter.
-const SINES_MIN: f64 = 1e-6;
-/// Smallest squared modulus that is inverted. Products of two reciprocals then stay finite in single precision.
-const SQUARED_MODULUS_MIN: f64 = 1e-18;
+/// Smallest product of the sines, or of tangential lengths, by which the azimuth's cosine is divided. Chosen: nearer to
+/// the normal the azimuth is lost to rounding and does not matter.
+pub(crate) const SINES_MIN: f64 = 1e-6;
+/// Smallest squared modulus by which anything is divided. Chosen so that products of two reciprocals stay finite in
+/// single precision.
+pub(super) const SQUARED_MODULUS_MIN: f64 = 1e-18;
 
 /// Amplitudes between the linear states s and p, as square roots of power. The first letter is the outgoing state, the
 /// second the incident state.

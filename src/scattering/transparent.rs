@@ -37,6 +37,7 @@
 //! Tables are those of the relief magnified n times, as under a [`Cover`](super::Cover) of index n. Wave vectors in
 //! code are therefore in units of the wave number in the medium ("over n"), and no longer than 1.
 
+use super::small_slope::SINES_MIN;
 use super::{COSINE_MIN, Reading, Vec3};
 use crate::numeric::{Number, Numbers, Plain, Real};
 use crate::table::CoherenceWindow;
@@ -44,15 +45,11 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Smallest |w| in units of the wave number in vacuum, for any coherence length. The phase of a relief 1 µm high is
-/// then at most 0.02 rad, where S is proportional to w² with a relative error of 1e-4. Larger values change more pairs
-/// of directions; with smaller ones 1/w² amplifies the rounding errors of S.
+/// then at most 0.02 rad, where S is proportional to w² with a relative error of 1e-4. Chosen: larger values change
+/// more pairs of directions; with smaller ones 1/w² amplifies the rounding errors of S.
 const NORMAL_MIN: f64 = 1e-3;
-/// Smallest |w| in standard deviations of an order. Smaller values leave albedos above one at short coherence lengths.
-const NORMAL_MIN_WIDTHS: f64 = 1.0;
-/// Wavelength in µm at which the width of an order is taken: the middle of the visible range.
-const WIDTH_WAVELENGTH_UM: f64 = 0.55;
-/// Smallest product of tangential lengths by which the azimuth's cosine is divided (`small_slope.rs`).
-pub(crate) const SINES_MIN: f64 = 1e-6;
+/// Wavelength in µm at which widths of orders are taken: the middle of the visible range.
+pub(crate) const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
 
 /// Fate of the light that passes through the relief.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -138,8 +135,9 @@ pub(crate) struct TransparentPair<N: Numbers> {
 impl TransparentBody {
     /// A body of index `eta` under a relief with a coherence length in µm.
     pub fn new(eta: f64, is_film: bool, coherence_length_um: f64) -> Self {
-        let width = WIDTH_WAVELENGTH_UM * CoherenceWindow::new(coherence_length_um).order_sigma_per_um();
-        Self { eta, is_film, normal_min: NORMAL_MIN.max(NORMAL_MIN_WIDTHS * width) / eta }
+        // Standard deviation of an order. A smaller bound leaves albedos above one at short coherence lengths.
+        let width = TYPICAL_WAVELENGTH_UM * CoherenceWindow::new(coherence_length_um).order_sigma_per_um();
+        Self { eta, is_film, normal_min: NORMAL_MIN.max(width) / eta }
     }
 
     /// Largest tangential length of outgoing wave vectors over n, on one side.
