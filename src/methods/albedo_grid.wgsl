@@ -21,7 +21,7 @@ struct GridPlace {
 
 // Place of a direction of unit length.
 fn place(w: vec3<f32>) -> GridPlace {
-    let cosine = clamp(w.z, COSINE_MIN, 1.0);
+    let cosine = clamp(w.z, DIVISOR_MIN, 1.0);
     let scale = 1.0 / sqrt((1.0 + sqrt(cosine)) * (1.0 + cosine));
     let cells = f32(table.albedo_cells);
     let position = clamp((w.xy * scale + 1.0) * (0.5 * cells), vec2<f32>(0.0), vec2<f32>(cells));

@@ -7,13 +7,11 @@
 //! for decreasing k. It starts with an arbitrary number at an even k well above x. The identity
 //! `J_0 + 2(J_2 + J_4 + …) = 1` (9.1.46) then gives the scale.
 
-/// Largest number of terms of a series of the phase screen. Every invocation of a shader keeps the weights of all terms
-/// in an array of this size: larger values allow deeper reliefs and need more memory.
-pub const TERMS_MAX: usize = 256;
+use super::DIVISOR_MIN;
 
-/// Argument below which the ascending series up to x² replaces the recurrence, which would overflow. The first function
-/// left out, J₃, is below 3e-11 there.
-pub(super) const SMALL_ARGUMENT: f32 = 1e-3;
+/// Largest number of terms of a series of the phase screen. Every invocation of a shader keeps the weights of all terms
+/// in an array of this size. Chosen: larger values allow deeper reliefs and need more memory.
+pub const TERMS_MAX: usize = 256;
 
 /// Writes `J_0(x)` to `J_{count−1}(x)` for several arguments: `values[order][lane]` for the argument `x[lane]`.
 /// `values` has `count ≤ TERMS_MAX` rows. The absolute error is a few 1e-7.
@@ -22,22 +20,21 @@ pub(super) const SMALL_ARGUMENT: f32 = 1e-3;
 /// proportional to 1/λ at visible wavelengths λ, which differ by a factor of at most 2.1. Lanes are computed side by
 /// side, because the recurrence of a single argument is one chain of dependent steps.
 ///
-/// The recurrence starts at about `x + 6·∛x + 2`, with the cube root of the largest argument. There J is below 1e-8 for
-/// every x up to [`TERMS_MAX`], and above 1e-30, so nothing overflows. Orders above the start are written as zero.
+/// Arguments below [`DIVISOR_MIN`] are raised to it. The recurrence starts at about `x + 6·∛x + 2`, with the cube root
+/// of the largest argument. There J is below 1e-8 for every x up to [`TERMS_MAX`], and above 1e-31, so nothing
+/// overflows. Orders above the start are written as zero.
 pub(super) fn bessel_j<const LANES: usize>(x: [f32; LANES], values: &mut [[f32; LANES]]) {
-    let largest = x.into_iter().fold(0.0, f32::max);
-    // Arguments of the recurrence. Smaller ones are computed by the ascending series below.
-    let recurred = x.map(|x| x.max(SMALL_ARGUMENT));
-    let above_argument = 6.0 * largest.max(SMALL_ARGUMENT).cbrt() + 2.0;
+    let x = x.map(|x| x.max(DIVISOR_MIN));
+    let above_argument = 6.0 * x.into_iter().fold(0.0f32, f32::max).cbrt() + 2.0;
     // Even k at which the recurrence of each lane starts.
-    let start = recurred.map(|x| 2 * (0.5 * (x + above_argument)) as i32 + 2);
+    let start = x.map(|x| 2 * (0.5 * (x + above_argument)) as i32 + 2);
     let first = start.into_iter().fold(0, i32::max);
     let mut write = |k: i32, row: &[f32; LANES]| {
         if let Some(value) = values.get_mut(k as usize) {
             *value = *row;
         }
     };
-    let two_over_x = recurred.map(|x| 2.0 / x);
+    let two_over_x = x.map(|x| 2.0 / x);
     // J_{k+1} and J_k without the scale, and the sum of J_k over even k without J_0.
     let (mut above, mut here, mut evens) = ([0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
     for k in (2..=first).rev().step_by(2) {
@@ -65,13 +62,6 @@ pub(super) fn bessel_j<const LANES: usize>(x: [f32; LANES], values: &mut [[f32; 
         }
     }
     values[computed..].fill([0.0; LANES]);
-    // Arguments are at most a factor of four apart, so larger ones rule out small ones.
-    if largest < 4.0 * SMALL_ARGUMENT {
-        for (lane, x) in x.into_iter().enumerate().filter(|(_, x)| *x < SMALL_ARGUMENT) {
-            let ascending = [1.0 - 0.25 * x * x, 0.5 * x, 0.125 * x * x];
-            values.iter_mut().enumerate().for_each(|(n, row)| row[lane] = ascending.get(n).copied().unwrap_or(0.0));
-        }
-    }
 }
 
 #[cfg(test)]

@@ -8,20 +8,11 @@
 
 // Length of the array of terms, and the largest `count`. A test compares the constants of bessel.rs and of this file.
 const TERMS_MAX: u32 = 256u;
-// Argument below which the ascending series up to x² replaces the recurrence, which would overflow.
-const SMALL_ARGUMENT: f32 = 1e-3;
 
-// Writes J_k(x) to values[k] for k below `count`, a multiple of 4 of at least 4. x is at least 0 and finite.
-fn bessel_j(x: f32, count: u32, values: ptr<private, array<f32, TERMS_MAX>>) {
-    if x < SMALL_ARGUMENT {
-        for (var k = 3u; k < count; k++) {
-            (*values)[k] = 0.0;
-        }
-        (*values)[0] = 1.0 - 0.25 * x * x;
-        (*values)[1] = 0.5 * x;
-        (*values)[2] = 0.125 * x * x;
-        return;
-    }
+// Writes J_k(x) to values[k] for k below `count`, a multiple of 4 of at least 4. The argument is at least 0 and finite;
+// x is the argument, raised to DIVISOR_MIN (common.wgsl).
+fn bessel_j(argument: f32, count: u32, values: ptr<private, array<f32, TERMS_MAX>>) {
+    let x = max(argument, DIVISOR_MIN);
     // Even k at which the recurrence starts; bessel.rs gives the reason for its distance from x.
     let start = 2u * u32(0.5 * (x + 6.0 * pow(x, 1.0 / 3.0) + 2.0)) + 2u;
     for (var k = start + 1u; k < count; k++) {

@@ -17,10 +17,6 @@ use crate::height_field::HeightField;
 use crate::scattering::Options;
 use crate::table::{COHERENCE_LENGTH_UM, Model, Progress, TOLERANCE, Tiling};
 
-/// Fraction of the build time of an energy-conserving table that is spent on the colour table; the rest is spent on
-/// the albedo table. It scales the progress only. Measured by the bench `colour_table`.
-const TABLE_FRACTION: f64 = 0.6;
-
 /// Builds a method for the surface of a height field.
 ///
 /// Where the method evaluates only the relief's factor of the reflectance ([`super::AnswerKind::Relief`]), the caller
@@ -103,8 +99,8 @@ fn build_table(
 ) -> Result<Box<dyn Method>, MethodError> {
     let &Options { coherence_length_um, model, tiling, tolerance, build_limit, conserve_energy, .. } = surface;
     let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
-    let table_fraction = if conserve_energy { TABLE_FRACTION } else { 1.0 };
-    let (table_progress, albedo_progress) = (progress.part(0.0, table_fraction), progress.part(table_fraction, 1.0));
+    let (table_progress, albedo_progress) =
+        if conserve_energy { progress.halves() } else { (progress.part(0.0, 1.0), Progress::none()) };
     // Reflectance 1: the interface's factor is applied outside the table.
     let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &table_progress)?;
     if let Some(body) = surface.body {

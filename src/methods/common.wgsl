@@ -7,8 +7,9 @@ const TAU: f32 = 6.283185307179586;
 const WAVELENGTH_MIN_UM: f32 = 0.38;
 // Longest wavelength of the published methods in µm.
 const WAVELENGTH_MAX_UM: f32 = 0.78;
-// Smallest divisor for a cosine, about the rounding error of a cosine in single precision.
-const COSINE_MIN: f32 = 1e-7;
+// Smallest cosine by which answers are divided, and smallest argument of Bessel functions. About the rounding error of
+// a number near 1 in single precision.
+const DIVISOR_MIN: f32 = 1e-7;
 // Largest squared length of a sum of two unit vectors: 4, with room for rounding.
 const SUM_SQUARED_MAX: f32 = 4.001;
 

@@ -54,6 +54,7 @@ pub use stam_gems::StamGems;
 #[doc(hidden)]
 pub use wgsl::{code, code_length, utf8};
 
+use crate::colour::OBSERVER_RANGE_NM;
 use crate::colour_table::SUM_SQUARED_MAX;
 use crate::wgsl;
 use serde::{Deserialize, Serialize};
@@ -165,11 +166,12 @@ impl MethodShader<'_> {
 pub const COMMON_WGSL: &str = wgsl!("common.wgsl");
 
 /// Shortest wavelength of the published methods in µm. In single precision, like all numbers of methods.
-const WAVELENGTH_MIN_UM: f32 = 0.38;
+const WAVELENGTH_MIN_UM: f32 = (1e-3 * OBSERVER_RANGE_NM.0) as f32;
 /// Longest wavelength of the published methods in µm.
-const WAVELENGTH_MAX_UM: f32 = 0.78;
-/// Smallest divisor for a cosine, about the rounding error of a cosine in single precision.
-const COSINE_MIN: f32 = crate::scattering::COSINE_MIN as f32;
+const WAVELENGTH_MAX_UM: f32 = (1e-3 * OBSERVER_RANGE_NM.1) as f32;
+/// Smallest cosine by which answers are divided, and smallest argument of Bessel functions. About the rounding error of
+/// a number near 1 in single precision.
+const DIVISOR_MIN: f32 = crate::scattering::COSINE_MIN as f32;
 
 /// Whether `q` can belong to a query, a pair of unit vectors above the surface, as their sum; with room for rounding.
 /// False where it is not finite.

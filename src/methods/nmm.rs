@@ -27,6 +27,7 @@ use super::{
     MethodError, MethodOptions, MethodShader, Relief, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM, is_query, visible_um,
 };
 use crate::height_field::HeightField;
+use crate::sampling::TYPICAL_WAVELENGTH_UM;
 use crate::table::Progress;
 use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
@@ -40,9 +41,8 @@ const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("ord
 /// alone gives colours a relative error of 0.2 to 0.35 (docs/speed-error.md), so more orders would not help.
 const COLOUR_TOLERANCE_MIN: f64 = 0.15;
 
-/// Wavelength in µm at which S is evaluated where both lists are left out and the answer is white, in the middle of the
-/// visible range.
-pub(super) const WHITE_UM: f32 = 0.55;
+/// Wavelength in µm at which S is evaluated where both lists are left out and the answer is white.
+pub(super) const WHITE_UM: f32 = TYPICAL_WAVELENGTH_UM as f32;
 
 /// The uniform struct of nmm.wgsl.
 #[repr(C)]

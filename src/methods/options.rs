@@ -14,8 +14,8 @@ use std::fmt;
 /// Accepted steps between wavelengths in nm. With steps above the range a constant spectrum is not white; finer steps
 /// than these gain no accuracy.
 pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=100.0;
-/// Largest number of orders along each axis that an evaluation sums. It bounds the time of an evaluation, which is
-/// proportional to its square.
+/// Largest number of orders along each axis that an evaluation sums. Chosen to bound the time of an evaluation, which
+/// is proportional to its square.
 pub const NEIGHBOURHOOD_MAX: usize = 64;
 /// Accepted sharpness of the highlight in Stam's shader of GPU Gems, in 1/µm. The wide range only keeps numbers finite.
 pub const GEMS_SHARPNESS: std::ops::RangeInclusive<f64> = 0.0..=1e4;

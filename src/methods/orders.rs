@@ -34,22 +34,21 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use sunbeam_fourier::num_complex::Complex32;
 
-/// Largest κH of the Taylor series: its terms reach e^κH before they cancel, and their squares must stay within the
-/// range of single precision.
-pub const TAYLOR_KAPPA_H_MAX: f64 = 30.0;
-/// Largest size in bytes of the orders of a tile. It bounds the memory of a method; larger values allow larger tiles
-/// and deeper reliefs.
+/// Largest exponent x of a factor e⁻ˣ or eˣ of an amplitude. Chosen: the squares e^{±60} lie within the range of single
+/// precision, with room for sums. Smaller Gaussians are neglected: their power is below 1e-26 of the peak.
+pub(super) const EXPONENT_MAX: f32 = 30.0;
+/// Largest κH of the Taylor series, whose terms reach e^κH before they cancel.
+pub const TAYLOR_KAPPA_H_MAX: f64 = EXPONENT_MAX as f64;
+/// Largest size in bytes of the orders of a tile. Chosen to bound the memory of a method; larger values allow larger
+/// tiles and deeper reliefs.
 pub const ORDERS_BYTES_MAX: usize = 512 << 20;
 
 /// Largest w of two directions: both along the normal.
 const W_MAX: f64 = 2.0;
-/// Largest exponent x of the Gaussian e⁻ˣ of an amplitude that is not neglected. Its square, e⁻⁸⁰, is lost in single
-/// precision.
-pub(super) const EXPONENT_MAX: f32 = 40.0;
 
 /// 1.5·2²³. Adding this to a number of magnitude below 2²² and subtracting it again rounds the number to a whole one.
 /// This takes two instructions on any processor, unlike `f32::round`.
-const ROUNDING_BIAS: f32 = 12_582_912.0;
+const ROUNDING_BIAS: f32 = 1.5 / f32::EPSILON;
 
 /// The terms of every order that light from 380 to 780 nm can reach. The tile repeats.
 ///

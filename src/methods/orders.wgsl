@@ -10,8 +10,8 @@
 //     S = peak_um2·|Σ_j c_j·exp(-sharpness·(p - j)²)|².
 
 // Largest exponent x of the Gaussian e⁻ˣ of an amplitude that is not neglected. Beyond it, the order's power is less
-// than e⁻⁸⁰ of its peak, too little to be visible.
-const EXPONENT_MAX: f32 = 40.0;
+// than e⁻⁶⁰ of its peak, too little to be visible.
+const EXPONENT_MAX: f32 = 30.0;
 
 // Lattice of the orders; counterpart of `OrderGrid` in order_grid.rs.
 struct OrderGrid {

@@ -32,8 +32,8 @@ use std::f32::consts::PI;
 /// Sources of the shader.
 const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("pq.wgsl")];
 
-/// Value of `πPd` below which D_P is computed by its Taylor series, to avoid 0/0. The first term left out is under 1e-9
-/// there.
+/// Value of `πPd` below which D_P is computed by its Taylor series, to avoid 0/0. Chosen: the first term left out is
+/// under 1e-9 there.
 pub(super) const SERIES_ARGUMENT_MAX: f32 = 0.01;
 
 /// The uniform struct of pq.wgsl.

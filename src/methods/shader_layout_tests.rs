@@ -207,7 +207,6 @@ fn constants_of_rust_and_wgsl_agree() {
         ("WAVELENGTH_MAX_UM", super::WAVELENGTH_MAX_UM.into()),
         ("SUM_SQUARED_MAX", super::SUM_SQUARED_MAX.into()),
         ("TERMS_MAX", super::TERMS_MAX as f64),
-        ("SMALL_ARGUMENT", super::bessel::SMALL_ARGUMENT.into()),
         ("EXPONENT_MAX", super::orders::EXPONENT_MAX.into()),
         ("WHITE_UM", super::nmm::WHITE_UM.into()),
         ("SERIES_ARGUMENT_MAX", super::pq::SERIES_ARGUMENT_MAX.into()),
@@ -218,7 +217,7 @@ fn constants_of_rust_and_wgsl_agree() {
         ("GREEN_UM", super::stam_gems::GREEN_UM.into()),
         ("BLUE_UM", super::stam_gems::BLUE_UM.into()),
         ("HALF_WIDTH_UM", super::stam_gems::HALF_WIDTH_UM.into()),
-        ("COSINE_MIN", super::COSINE_MIN.into()),
+        ("DIVISOR_MIN", super::DIVISOR_MIN.into()),
         ("SINES_MIN", (SINES_MIN as f32).into()),
     ];
     #[cfg(feature = "rigorous")]

@@ -31,8 +31,8 @@ use std::f32::consts::PI;
 /// Sources of the shader.
 const WGSL: [&str; 2] = [wgsl!("colours.wgsl"), wgsl!("stam.wgsl")];
 
-/// Number of orders on each side of order 0. Larger values spread the light over more orders; the fractions sum to 1
-/// for any number.
+/// Number of orders on each side of order 0. Chosen: larger values spread the light over more orders; the fractions sum
+/// to 1 for any number.
 pub(super) const ORDERS: u32 = 8;
 /// Length of the interval of v over which an order spreads: that of the outgoing hemisphere at normal incidence.
 pub(super) const V_RANGE: f32 = 2.0;

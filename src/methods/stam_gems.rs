@@ -15,7 +15,7 @@
 //! shows the colour itself, at any angle of incidence θi.
 
 use super::stam::spacing_um;
-use super::{AnswerKind, COSINE_MIN, Method, MethodError, MethodOptions, MethodShader, is_query, sum};
+use super::{AnswerKind, DIVISOR_MIN, Method, MethodError, MethodOptions, MethodShader, is_query, sum};
 use crate::height_field::HeightField;
 use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
@@ -90,7 +90,7 @@ impl Method for StamGems {
                 *value += (1.0 - x * x).max(0.0);
             }
         }
-        rgb.map(|value| value / (PI * wi[2].max(COSINE_MIN)))
+        rgb.map(|value| value / (PI * wi[2].max(DIVISOR_MIN)))
     }
 
     // The bumps are colours, without a spectrum.

@@ -52,5 +52,5 @@ fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
         rgb += max(1.0 - x * x, vec3<f32>(0.0));
     }
     // 2/TAU is 1/π.
-    return rgb * (2.0 / TAU) / max(wi.z, COSINE_MIN);
+    return rgb * (2.0 / TAU) / max(wi.z, DIVISOR_MIN);
 }

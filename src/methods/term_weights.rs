@@ -10,11 +10,11 @@ use super::order_grid::OrderGrid;
 use arrayvec::ArrayVec;
 use std::f32::consts::TAU;
 
-/// Number of wavelengths whose weights are computed side by side. Larger values leave more lanes idle in the last
-/// batch; smaller ones leave parts of wide SIMD registers unused.
+/// Number of wavelengths whose weights are computed side by side. Chosen: larger values leave more lanes idle in the
+/// last batch; smaller ones leave parts of wide SIMD registers unused.
 const LANES: usize = 8;
 /// Number of lanes for small batches, so that fewer lanes are idle.
-const FEW_LANES: usize = 4;
+const FEW_LANES: usize = LANES / 2;
 
 /// Weights of one wavelength, in pairs `[even, even, odd, odd]` of an even term and the following odd one. Each is
 /// stored twice: [`super::orders::Orders::amplitude`] multiplies the real and the imaginary part of a term by it.

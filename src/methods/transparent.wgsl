@@ -1,5 +1,5 @@
 // Factor F of a film, which reflects and transmits: its scattering function is F times S/λ², with S the power spectrum
-// of the relief. Tables are those of the relief magnified n times. Compiled after common.wgsl (COSINE_MIN) and
+// of the relief. Tables are those of the relief magnified n times. Compiled after common.wgsl (DIVISOR_MIN) and
 // table.wgsl. Counterpart of src/scattering/transparent.rs, which derives the formulas, for bodies that are
 // films: a relief on top, a flat side below, and air on both sides.
 //
@@ -56,7 +56,7 @@ fn wave_at_body(w: vec3<f32>) -> BodyWave {
     let n = table.body_eta;
     let eps = n * n;
     let is_below = w.z < 0.0;
-    let c1 = max(abs(w.z), COSINE_MIN);
+    let c1 = max(abs(w.z), DIVISOR_MIN);
     let cn = sqrt(c1 * c1 + (n - 1.0) * (n + 1.0));
     let s = c1 + cn;
     let p = eps * c1 + cn;

@@ -212,8 +212,8 @@ impl Real for f32x4 {
         let towards_zero = f32x4::from_i32x4(self.fast_trunc_int());
         // The mask's bits select those of 1.0.
         let floor = towards_zero - (self.lt(towards_zero).to_single() & Self::splat(1.0));
-        // All numbers from 2²³ on are whole, and may exceed an integer of 32 bits.
-        Self::select(f32x4::abs(self).lt(Self::splat(8_388_608.0)), floor, self)
+        // All numbers from 1/EPSILON on are whole, and may exceed an integer of 32 bits.
+        Self::select(f32x4::abs(self).lt(Self::splat(1.0 / f32::EPSILON)), floor, self)
     }
     #[inline(always)]
     fn ceil(self) -> Self {

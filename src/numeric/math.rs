@@ -4,6 +4,11 @@
 use super::{Index, Number, Numbers, Real};
 use wide::f64x4;
 
+/// Largest number of single precision below one, `1 − 2⁻²⁴`; keeps random numbers within [0, 1).
+pub(crate) const BELOW_ONE: f64 = 1.0 - f32::EPSILON as f64 / 2.0;
+/// Upper bound of |[`normal_quantile`]| in standard deviations: 5.42, its value for `u` near 1, with room for rounding.
+pub(crate) const NORMAL_QUANTILE_MAX: f64 = 5.45;
+
 /// Pairs of sine and cosine of four angles in radians. The error is at most two units in the last place of 1 for angles
 /// up to 10⁷. One call takes a fraction of the time of four scalar ones.
 #[inline]
@@ -59,7 +64,7 @@ pub fn polynomial<R: Real>(x: R, coefficients: &[f64]) -> R {
 ///
 /// It is `√2·erf⁻¹(2u − 1)`, by the two polynomials of Giles, *Approximating the erfinv function* (GPU Computing Gems
 /// Jade, 2011). The error is a few units in the last place of single precision. `u` is clamped so that the result stays
-/// within ±5.4.
+/// within ±5.42.
 #[inline(always)]
 pub fn normal_quantile<R: Real>(u: R) -> R {
     /// Coefficients in `w − 2.5` for `w = −ln(1 − x²) < 5`, from Giles.
@@ -86,8 +91,7 @@ pub fn normal_quantile<R: Real>(u: R) -> R {
         0.000_100_950_558,
         -0.000_200_214_257,
     ];
-    // In single precision, 1 − 6e-8 rounds to the largest number below 1.
-    let x = (u + u - R::lit(1.0)).clip(R::lit(-1.0 + 6e-8), R::lit(1.0 - 6e-8));
+    let x = (u + u - R::lit(1.0)).clip(R::lit(-BELOW_ONE), R::lit(BELOW_ONE));
     let w = -((R::lit(1.0) - x) * (R::lit(1.0) + x)).log2() * R::lit(std::f64::consts::LN_2);
     let central = polynomial(w - R::lit(2.5), &CENTRAL);
     let tail = polynomial(w.max(R::lit(0.0)).sqrt() - R::lit(3.0), &TAIL);

@@ -32,7 +32,7 @@ pub use plain::Plain;
 use std::ffi::CStr;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
-/// Largest count of [`Numbers::tabulated`]. It exceeds the number of lattice nodes that a table's look-up reads along
+/// Largest count of [`Numbers::tabulated`]. Chosen above the number of lattice nodes that a table's look-up reads along
 /// one axis (`table/lattice.rs`).
 pub(crate) const TABULATED_MAX: usize = 40;
 

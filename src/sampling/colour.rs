@@ -2,17 +2,24 @@
 //!
 //! ```text
 //! (u, v, w) = wi + wo                   scattering vector, w = cosθi + cosθo
+//! slice b                               one of BANDS equal intervals of w, which lies in [0, 2]
+//! node                                  point of a square lattice over (u, v), whose coordinates lie in [−2, 2]
 //! F(u, v, w)                            linear sRGB, the reflectance without its angular factors (src/colour_table)
 //! G = (u² + v² + w²)²/w²                4 O cosθi cosθo for Stam's obliquity factor O; 1 for other factors
-//! M_b(u, v) = Σ_channels max(F·G, 0)    mass of a node, summed over quadrature points in slice b of w; BANDS slices
+//! M_b(u, v) = Σ_channels max(F·G, 0)    mass of a node, summed over quadrature points in slice b
+//! count, unit                           stored masses are whole numbers of counts; unit is a slice's mass of one count
+//! block                                 4 × 4 nodes, for which sums are stored; squares are widened to whole blocks
 //! M(u, v)                               mix of the M_b of two neighbouring slices, about a typical w of the incidence
+//! passage                               incident wave vector, and largest tangential length (reach) of outgoing ones
+//! turn                                  −1 where light arrives or leaves below a relief: F is at (−u, −v); 1 elsewhere
 //! pdf(wo) = M(u, v) cosθo / ∬M du dv    density in 1/sr; the integral is over the square wi_xy ± reach
 //! ```
 //!
-//! Both F and G depend on `wi + wo` only, so nothing is tabulated over `wi`. Masses are interpolated bilinearly: every
-//! node contributes a tent, the density `1 − |t|` at the distance t in nodes along either axis. Directions `wo` that
-//! leave lie in the square `wi_xy ± reach` of `(u, v)`, whose mass is an exact sum ([`SummedArea`]). Samples in the
-//! square's corners are no directions and are rejected.
+//! The power scattered into `du dv = cosθo dωo` is proportional to F·O. The density follows F·G, which lacks only
+//! Stam's 1/(cosθi cosθo). F and G depend on `wi + wo` alone, so nothing is tabulated over `wi`. Masses are
+//! interpolated bilinearly: every node contributes a tent, the density `1 − |t|` at the distance t in nodes along
+//! either axis. Directions `wo` that leave lie in the square `wi_xy ± reach` of `(u, v)`, whose mass is an exact sum
+//! ([`SummedArea`]). Samples in the square's corners are no directions and are rejected.
 
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
 use super::{BELOW_ONE, direction_above, tent_quantile};
@@ -22,24 +29,23 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::array;
 
-/// Wavelength in µm at which tents are as wide as orders: green, where the eye is most sensitive. The width of an order
-/// in direction cosines is proportional to the wavelength, so one spacing of nodes fits one wavelength only.
+/// Wavelength in µm at which tents are as wide as orders. Chosen in the green, where the eye is most sensitive. The
+/// width of an order in direction cosines is proportional to the wavelength, so one spacing fits one wavelength only.
 const WAVELENGTH_UM: f64 = 0.53;
-/// Largest number of nodes along an axis; the table then takes 8 MB. More nodes resolve narrower orders.
-const NODES_MAX: usize = 937;
-/// Smallest number of nodes from the middle of an axis to its end. Only very short coherence lengths reach this bound.
+/// Largest number of nodes from the middle of an axis to its end. Chosen: the table has (2·468 + 1)² nodes of 9 bytes
+/// (summed_area), 8 MB. More nodes resolve narrower orders.
+const HALF_NODES_MAX: usize = 468;
+/// Smallest number of nodes from the middle of an axis to its end. Chosen; only coherence lengths below 2 µm reach it.
 const HALF_NODES_MIN: usize = 8;
 /// Largest number of quadrature points of a node along an axis. Several are used where nodes are further apart than
-/// orders are wide. More points miss fewer orders but lengthen the build.
+/// orders are wide. Chosen: more points miss fewer orders but lengthen the build.
 const POINTS_MAX: usize = 4;
 /// Quadrature points of a slice of w, as fractions of its width: the midpoint rule with two points.
 const SLICE_POINTS: [f64; 2] = [0.25, 0.75];
-/// Outgoing cosine of the typical w of an incidence, at which slices are mixed. Affects the variance of samples only.
+/// Outgoing cosine of the typical w of an incidence, at which slices are mixed. Chosen; affects the variance only.
 const TYPICAL_COSINE: f64 = 0.6;
-/// Smallest number of nodes that a thread takes at a time. Smaller numbers spend more time on scheduling.
-const MIN_NODES: usize = 256;
-/// Largest w at which colours are read, as a fraction of the largest possible w, `√(4 − u² − v²)`. Slices beyond it are
-/// also read at this w. A fraction of 1 would mean backscattering, `wi = wo`. Affects the variance of samples only.
+/// Largest w at which colours are read, as a fraction of the largest possible one, `√(4 − u² − v²)`, which is that of
+/// backscattering, `wi = wo`. Quadrature points beyond it are read at it. Chosen; affects the variance of samples only.
 const W_FRACTION_MAX: f64 = 0.97;
 
 /// Layout of a colour sampler's table data.
@@ -86,7 +92,7 @@ impl ColourSampler {
         // A tent of half-width s has the variance s²/6, here that of an order in direction cosines.
         let wanted_spacing = 6f64.sqrt() * order_sigma_per_um * WAVELENGTH_UM;
         // Nodes extend over u and v from −2 to 2.
-        let half = ((2.0 / wanted_spacing).ceil() as usize).clamp(HALF_NODES_MIN, (NODES_MAX - 1) / 2);
+        let half = ((2.0 / wanted_spacing).ceil() as usize).clamp(HALF_NODES_MIN, HALF_NODES_MAX);
         let (nodes, spacing) = (2 * half + 1, 2.0 / half as f64);
         let points = ((spacing / wanted_spacing).ceil() as usize).clamp(1, POINTS_MAX);
         // u or v of a quadrature point of a node: midpoints of `points` parts of the spacing about the node.
@@ -96,7 +102,6 @@ impl ColourSampler {
         // Masses [v][u][slice].
         let masses: Vec<[f32; BANDS]> = (0..nodes * nodes)
             .into_par_iter()
-            .with_min_len(MIN_NODES)
             .map(|i| {
                 let mut sums = [0.0; BANDS];
                 for point in 0..points * points {
@@ -195,10 +200,10 @@ impl<N: Numbers> ColourSamplerView<N> {
             .fma(N::Real::lit(self.layout.per_unit.into()), N::Real::lit(self.layout.middle.into()))
     }
 
-    /// Weights of the slices at the typical w of an incidence, by linear interpolation between the centres of slices.
-    /// Each is multiplied by the unit of its slice, so that it turns counts into masses.
+    /// Weighted mass of one count in each slice: the slice's unit times its weight at the typical w of the incidence.
+    /// Weights interpolate linearly between the centres of slices.
     #[inline(always)]
-    fn slice_weights(&self, passage: &Passage<N>) -> [N::Real; BANDS] {
+    fn mass_per_count(&self, passage: &Passage<N>) -> [N::Real; BANDS] {
         let lit = N::Real::lit;
         // Position of w in slices, counted from the centre of the first; w extends from 0 to 2.
         let typical_w = passage.typical_normal.unwrap_or_else(|| passage.normal + lit(TYPICAL_COSINE));
@@ -210,22 +215,17 @@ impl<N: Numbers> ColourSamplerView<N> {
         })
     }
 
-    /// The square of half side `reach` about the incident tangential vector, widened to whole blocks of nodes, and its
-    /// weighted mass in each slice.
+    /// The square of half side `reach` about the incident tangential vector, widened to whole blocks, its weighted mass
+    /// in each slice, and the sum of these masses.
     #[inline(always)]
-    fn square(&self, passage: &Passage<N>, active: N::Mask) -> (Rectangle<N>, [N::Real; BANDS]) {
+    fn square(&self, passage: &Passage<N>, active: N::Mask) -> (Rectangle<N>, [N::Real; BANDS], N::Real) {
         let areas = self.areas();
         let low = passage.tangential.map(|k| self.position(k - passage.reach));
         let high = passage.tangential.map(|k| self.position(k + passage.reach));
         let rectangle = areas.rectangle(low, high);
-        let (weights, counts) = (self.slice_weights(passage), areas.counts(&rectangle, active));
-        (rectangle, array::from_fn(|b| weights[b] * N::real(counts[b])))
-    }
-
-    /// The passage of reflected light.
-    #[inline(always)]
-    fn reflection(&self, wi: [N::Real; 3]) -> Passage<N> {
-        Passage::reflection(wi, self.layout.reach.into())
+        let (mass_per_count, counts) = (self.mass_per_count(passage), areas.counts(&rectangle, active));
+        let masses: [_; BANDS] = array::from_fn(|b| mass_per_count[b] * N::real(counts[b]));
+        (rectangle, masses, masses.into_iter().fold(N::Real::lit(0.0), |sum, mass| sum + mass))
     }
 
     /// Density of [`ColourSamplerView::sample`] over solid angle, in 1/sr; zero unless both directions lie above the
@@ -234,14 +234,15 @@ impl<N: Numbers> ColourSamplerView<N> {
     pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
         let zero = N::Real::lit(0.0);
         let active = active & zero.lt(wi[2]) & zero.lt(wo[2]);
-        wo[2] * self.density(&self.reflection(wi), [wo[0], wo[1]], active)
+        wo[2] * self.density(&Passage::reflection(wi, self.layout.reach.into()), [wo[0], wo[1]], active)
     }
 
     /// Draws a unit vector from two random numbers in [0, 1). The zero vector where it or `wi` would lie below the
     /// horizon, where nothing is reflected, and where the mask is false.
     #[inline(always)]
     pub fn sample(&self, wi: [N::Real; 3], random: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
-        let (outgoing, is_drawn) = self.draw(&self.reflection(wi), random, active & N::Real::lit(0.0).lt(wi[2]));
+        let passage = Passage::reflection(wi, self.layout.reach.into());
+        let (outgoing, is_drawn) = self.draw(&passage, random, active & N::Real::lit(0.0).lt(wi[2]));
         direction_above::<N>(outgoing, is_drawn)
     }
 
@@ -250,12 +251,12 @@ impl<N: Numbers> ColourSamplerView<N> {
     #[inline(always)]
     pub(crate) fn density(&self, passage: &Passage<N>, outgoing: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
-        let (rectangle, masses) = self.square(passage, active);
-        let total = masses.into_iter().fold(lit(0.0), |sum, mass| sum + mass);
+        let (rectangle, _, total) = self.square(passage, active);
         let position = [0, 1].map(|axis| N::widen(self.position(passage.tangential[axis] + outgoing[axis])));
-        let tents = self.areas().tents(position, &rectangle, active);
-        let weights = self.slice_weights(passage);
-        let mass = (0..BANDS).fold(lit(0.0), |sum, b| weights[b].fma(tents[b], sum));
+        // Counts at the position, interpolated between nodes.
+        let counts = self.areas().tents(position, &rectangle, active);
+        let mass_per_count = self.mass_per_count(passage);
+        let mass = (0..BANDS).fold(lit(0.0), |sum, b| mass_per_count[b].fma(counts[b], sum));
         // The integral of M over (u, v) is the total mass over the nodes per area.
         let nodes_per_area = lit(f64::from(self.layout.per_unit).powi(2));
         // A resized relief reads the table at s·u and s·v, so its nodes are denser by s along either axis.
@@ -270,8 +271,7 @@ impl<N: Numbers> ColourSamplerView<N> {
     #[inline(always)]
     pub(crate) fn draw(&self, passage: &Passage<N>, random: [N::Real; 2], active: N::Mask) -> ([N::Real; 2], N::Mask) {
         let lit = N::Real::lit;
-        let (rectangle, masses) = self.square(passage, active);
-        let total = masses.into_iter().fold(lit(0.0), |sum, mass| sum + mass);
+        let (rectangle, masses, total) = self.square(passage, active);
         let has_mass = active & lit(0.0).lt(total);
         // Chooses the slice in whose mass the target lies: the last slice with a mass whose start is at most the
         // target. Rounding may take the target beyond the total, which also chooses the last slice with a mass.

@@ -27,6 +27,7 @@ mod orders;
 mod square;
 pub mod summed_area;
 
+pub(crate) use crate::numeric::math::BELOW_ONE;
 use crate::numeric::{Number, Numbers, Plain, Real};
 use crate::scattering::{Options, Passage, Reading};
 use crate::table::{NodeCurve, NodeQuantity, SpectralTable};
@@ -46,10 +47,8 @@ const GRATING_ORDERS_MAX: f64 = 160.0;
 /// Smaller than [`GRATING_ORDERS_MAX`], because sample weights of crossed gratings have a relative standard deviation
 /// of only 0.66 with a square.
 const CROSSED_ORDERS_MAX: f64 = 40.0;
-/// Wavelength in µm at which propagating orders are counted: the middle of the visible range.
+/// Wavelength in µm that stands for the visible range, in whose middle it lies. Propagating orders are counted at it.
 pub(crate) const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
-/// Largest number of single precision below one, `1 − 2⁻²⁴`; keeps random numbers within [0, 1).
-pub(crate) const BELOW_ONE: f64 = 1.0 - f32::EPSILON as f64 / 2.0;
 
 /// The sampler of one surface at single wavelengths: a layout and its table data.
 ///

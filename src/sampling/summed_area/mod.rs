@@ -22,7 +22,7 @@ pub use view::{Drawn, Rectangle, SummedAreaView};
 /// Masses per node: bands of κ of the spectral sampler, slices of w of the colour sampler. A node's counts fill the
 /// four halves of two words. The sums at a block's corner fill one packet.
 pub const BANDS: usize = 4;
-/// Nodes of a block along either axis, a power of two. Larger blocks need less memory for the sums, but widen
+/// Nodes of a block along either axis, a power of two. Chosen: larger blocks need less memory for the sums, but widen
 /// rectangles more.
 const BLOCK: usize = 4;
 /// Binary logarithm of [`BLOCK`].
@@ -33,7 +33,8 @@ const PACKET_WORDS: u32 = 4;
 const BLOCK_PACKETS: u32 = (BLOCK * BLOCK) as u32 * 2 / PACKET_WORDS;
 /// Words of a block's counts.
 const BLOCK_WORDS: usize = (PACKET_WORDS * BLOCK_PACKETS) as usize;
-/// Largest sum of counts in a band. Five bits of exponent hold counts below 2³¹; the margin allows for their rounding.
+/// Largest sum of counts in a band. Five bits of exponent hold counts below 2³¹. The margin of 1e-3 is chosen, larger
+/// than the fraction 2⁻¹² by which encoding may raise a count.
 const TOTAL_MAX: f64 = 0.999 * (1u64 << 31) as f64;
 /// Bits of an encoded count after the leading one.
 const MANTISSA_BITS: u32 = 11;
@@ -123,11 +124,7 @@ fn positive(mass: f32) -> f64 {
 
 /// Sum of the positive masses of all nodes in each band.
 fn totals(masses: &[[f32; BANDS]]) -> [f64; BANDS] {
-    masses
-        // Smaller chunks spend more time on scheduling.
-        .par_chunks(4096)
-        .map(|chunk| chunk.iter().fold([0.0; BANDS], |sum, mass| std::array::from_fn(|b| sum[b] + positive(mass[b]))))
-        .reduce(|| [0.0; BANDS], |a, b| std::array::from_fn(|i| a[i] + b[i]))
+    masses.iter().fold([0.0; BANDS], |sum, mass| std::array::from_fn(|b| sum[b] + positive(mass[b])))
 }
 
 /// Encoded counts of all nodes, arranged as [`SummedAreaLayout::masses`] describes. `nodes` and `blocks` are numbers
