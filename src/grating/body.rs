@@ -28,6 +28,14 @@ pub enum GratingBody<'a> {
 }
 
 impl GratingBody<'_> {
+    /// Whether the medium below the relief is a dielectric, in which fields reach many periods.
+    pub(super) fn is_dielectric(self) -> bool {
+        match self {
+            Self::Reflector(index) => index.is_some_and(SpectralIndex::is_dielectric),
+            Self::Film(_) | Self::Interface(_) => true,
+        }
+    }
+
     /// Number of sides of the relief on which light arrives and leaves: 1 or 2.
     pub(super) fn sides(self) -> u32 {
         match self {

@@ -28,16 +28,16 @@ use std::f64::consts::TAU;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TableResolution {
     /// Nodes of the table along either side of a cell.
-    pub stored: u32,
+    pub stored: usize,
     /// Wavelengths; `None` where efficiencies do not depend on them at given t and b.
     pub spacing: Option<Spacing>,
     /// Largest accepted RMS of an efficiency's two highest Chebyshev terms; a cell above it is solved at more nodes.
     pub tolerance: f64,
 }
 
-/// Numbers of Chebyshev nodes along either side of a cell, tried in turn. Each has about twice the points of the one
-/// before.
-const NODE_COUNTS: [usize; 4] = [8, 12, 17, 24];
+/// Numbers of Chebyshev nodes along either side of a cell, tried in turn: 24 divided by powers of √2, so that each has
+/// about twice the points of the one before. Larger numbers take more time; smaller ones leave larger errors.
+pub(super) const NODE_COUNTS: [usize; 4] = [8, 12, 17, 24];
 /// Fraction of the tolerance below which the next cell begins with fewer nodes. Neighbouring cells need similar
 /// numbers: larger values lead to more repeated solutions, smaller ones to more nodes than needed.
 const FEWER_BELOW: f64 = 0.25;
@@ -103,14 +103,14 @@ impl EfficiencyTable {
                 *matrices = at_all_wavelengths(&solved_at, std::mem::take(matrices));
             }
             for (j, packed_cells) in packed.iter_mut().enumerate().take(count) {
-                packed_cells.push(cell.packed(j, table_resolution.stored as usize));
+                packed_cells.push(cell.packed(j, table_resolution.stored));
             }
             done += s + 1;
             progress.report(done as f64 / work as f64);
         }
         // Only tables of interfaces have further words between the offsets and the entries.
         let words = offsets_and_halves(&packed, &[]);
-        let layout = EfficiencyLayout::new(&nm, cells, table_resolution.stored as usize, Below::of_sides(sides));
+        let layout = EfficiencyLayout::new(&nm, cells, table_resolution.stored, Below::of_sides(sides));
         Ok(Self { layout, words, solved })
     }
 

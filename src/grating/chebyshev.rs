@@ -25,10 +25,15 @@ pub(super) fn triangle_nodes(count: usize) -> Vec<[usize; 2]> {
     (0..count).flat_map(|i| (0..=i).map(move |k| [i, k])).collect()
 }
 
+/// Number of [`triangle_nodes`].
+pub(super) fn triangle_count(count: usize) -> usize {
+    count * (count + 1) / 2
+}
+
 /// Position of the node `[i, k]`, or of its mirror image `[k, i]`, in [`triangle_nodes`].
 pub(super) fn triangle_index(i: usize, k: usize) -> usize {
     let (high, low) = (i.max(k), i.min(k));
-    high * (high + 1) / 2 + low
+    triangle_count(high) + low
 }
 
 /// Matrix from values at `count` Chebyshev nodes to the coefficients of the Chebyshev polynomials T_0 to T_(count−1):

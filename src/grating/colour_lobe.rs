@@ -19,7 +19,9 @@
 //! The WGSL twin is `src/methods/grating.wgsl`.
 
 use super::channels::Channels;
-use super::colour_tables::{ColourTables, NU_HALF, NU_MIDDLE, OrderZero, PROPOSED, TAU_SCALE, flat_reflectance};
+use super::colour_tables::{
+    ColourTables, DIVISOR_MIN, NU_HALF, NU_MIDDLE, OrderZero, PROPOSED, TAU_SCALE, flat_reflectance,
+};
 use super::efficiencies::EfficiencyView;
 use super::layout::Below;
 use super::lobe::{GratingLayout, OnBody, REACH};
@@ -34,9 +36,6 @@ use std::f64::consts::{LOG2_E, TAU};
 
 /// Wavelength in nm of the polarisation of order 0, in the middle of the visible range.
 const ORDER_ZERO_NM: f64 = 1e3 * TYPICAL_WAVELENGTH_UM;
-/// Smallest divisor, for the length ρ and for frequencies along q in 1/µm. In the exact mirror direction ρ is 0. It is
-/// far below all values of relevance, and the quotients stay finite in single precision.
-const DIVISOR_MIN: f64 = 1e-9;
 
 /// One order on the line of a pair of directions.
 struct OrderColour<'a, N: Numbers> {
@@ -233,8 +232,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         let per_index = N::Real::select(both_below, real(1.0 / self.layout.efficiencies.eta_below()), one);
         let [x, y] = [x * per_index, y * per_index];
         let squared_length = (one - y * y).max(zero);
-        // 1e-12 avoids a division by 0 for directions along the grooves.
-        let squared_cosine = (one - x * x / squared_length.max(real(1e-12))).max(zero);
+        let squared_cosine = (one - x * x / squared_length.max(real(DIVISOR_MIN))).max(zero);
         let colour =
             self.tables.order_zero::<N>(self.words[1], kind, squared_cosine.sqrt(), squared_length.sqrt(), active);
         let Below::Interface(interface) = self.layout.efficiencies.below else { return colour };
@@ -351,7 +349,7 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
         let (order, is_below) = self.tables.order_and_side::<N>(entry);
         // The position of the target within this order's weight is uniform in [0, 1). It selects one of the proposed
         // Gaussians, then a quantile of the Gaussian. The bound avoids division by a weight of 0, which is not drawn.
-        let rest = ((target - before) / own.max(real(1e-20))).clip(zero, real(BELOW_ONE));
+        let rest = ((target - before) / own.max(real(DIVISOR_MIN))).clip(zero, real(BELOW_ONE));
         let scaled = rest * real(PROPOSED.len() as f64);
         let selected = scaled.floor();
         let quantile = normal_quantile(scaled - selected);
@@ -359,9 +357,9 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
             let is_selected = selected.le(real(i as f64 + 0.5)) & real(i as f64 - 0.5).lt(selected);
             N::Real::select(is_selected, quantile.fma(real(sigma), real(mean)), nu)
         });
-        // Far quantiles of a Gaussian may be negative. The bound of the divisor 1e-3 has no effect on other values.
+        // Far quantiles of a Gaussian may be negative.
         let is_drawn = active & zero.lt(nu) & zero.lt(own);
-        let wavelength_um = one / nu.max(real(1e-3));
+        let wavelength_um = one / nu.max(real(DIVISOR_MIN));
         // Offset from the order's frequency, in cycles/µm.
         let [offset_x, offset_y] = [1, 2].map(|i| normal_quantile(u[i]) * real(self.layout.sigma_per_um));
         // Tangential part K of the wave vector: order m leaves at Ko.x = mλ/d − Ki.x and Ko.y = −Ki.y.

@@ -37,13 +37,18 @@ pub(crate) const TAU_SCALE: f64 = 0.25;
 /// Nodes of the table of spectral weights: along τ and along ν_m. More nodes reduce the error of interpolation.
 pub(crate) const WEIGHT_NODES: [u32; 2] = [96, 256];
 /// Nodes of the table of order 0 along each axis.
-pub(crate) const ORDER_ZERO_NODES: [u32; 2] = [48, 48];
+pub(crate) const ORDER_ZERO_NODES: u32 = 48;
 /// Step in nm of the integral over wavelengths in the colour of order 0. Larger steps miss narrow anomalies; smaller
 /// ones take longer.
 const ORDER_ZERO_STEP_NM: usize = 4;
 /// Smallest coordinate of a table's nodes for which an entry is computed. Lower nodes get the entry at this coordinate,
 /// near the limit at 0.
 const COORDINATE_MIN: f64 = 1e-3;
+
+/// Smallest divisor: of lengths of directions' sums, squared direction cosines, probabilities, and wavenumbers in 1/µm.
+/// In the exact mirror direction the sum is 0. The bound is far below all values of relevance, and the quotients stay
+/// finite in single precision.
+pub(crate) const DIVISOR_MIN: f64 = 1e-9;
 
 /// Means and standard deviations in 1/µm of the proposed Gaussians: ν is drawn from one of them, each with equal
 /// probability. They follow sRGB's weights of blue, green and red.
@@ -126,9 +131,9 @@ impl ColourTables {
         active: N::Mask,
     ) -> [N::Real; 3] {
         let coordinates = [projected_cosine, projected_length];
-        let packets = N::Index::lit(ORDER_ZERO_NODES[0] * ORDER_ZERO_NODES[1]);
+        let packets = N::Index::lit(ORDER_ZERO_NODES * ORDER_ZERO_NODES);
         let first = N::Index::lit(self.order_zero / 4) + kind * packets;
-        interpolated::<N>(words, first, ORDER_ZERO_NODES, coordinates, active)
+        interpolated::<N>(words, first, [ORDER_ZERO_NODES; 2], coordinates, active)
     }
 
     /// Number of entries of a row of order weights without their sum.
@@ -170,8 +175,7 @@ impl ColourTables {
     #[inline(always)]
     pub(super) fn order_weights_row<N: Numbers>(&self, wi: [N::Real; 3], is_below: N::Mask) -> N::Index {
         let real = N::Real::lit;
-        // 1e-12 avoids a division by 0 for directions along the grooves.
-        let projected_length = (real(1.0) - wi[1] * wi[1]).max(real(1e-12)).sqrt();
+        let projected_length = (real(1.0) - wi[1] * wi[1]).max(real(DIVISOR_MIN)).sqrt();
         let bin = |coordinate: N::Real, count: u32| {
             N::index(coordinate.clip(real(0.0), real(BELOW_ONE)) * real(f64::from(count)))
         };
@@ -312,12 +316,11 @@ fn spectral_weight_table() -> Vec<f32> {
 /// is divided by the reflectance of a flat surface, whose root at the critical angle it would not resolve.
 fn order_zero_table(grating: &GratingSurface, kind: OrderZero) -> Vec<f32> {
     let (sides, sign) = kind.incidence();
-    let last = |axis: usize| f64::from(ORDER_ZERO_NODES[axis] - 1);
-    (0..ORDER_ZERO_NODES[0] * ORDER_ZERO_NODES[1])
+    let coordinate = |node: u32| (f64::from(node) / f64::from(ORDER_ZERO_NODES - 1)).max(COORDINATE_MIN);
+    (0..ORDER_ZERO_NODES * ORDER_ZERO_NODES)
         .into_par_iter()
         .flat_map_iter(|node| {
-            let cosine = (f64::from(node / ORDER_ZERO_NODES[1]) / last(0)).clamp(COORDINATE_MIN, 1.0);
-            let length = (f64::from(node % ORDER_ZERO_NODES[1]) / last(1)).clamp(COORDINATE_MIN, 1.0);
+            let [cosine, length] = [node / ORDER_ZERO_NODES, node % ORDER_ZERO_NODES].map(coordinate);
             let (x, y) = (sign * length * (1.0 - cosine * cosine).sqrt(), (1.0 - length * length).sqrt());
             let flat = match (kind, grating.layout().efficiencies.below) {
                 (OrderZero::ReflectedBelow, Below::Interface(interface)) => {

@@ -7,14 +7,11 @@
 
 use super::GratingError;
 use super::lobe::REACH;
-use super::rigorous_solver::{BALANCE, DOUBLINGS, medium_at};
+use super::rigorous_solver::{DOUBLINGS, medium_at};
 use crate::scattering::{ComplexIndex, Pair, SpectralIndex, TransparentBody, Vec3};
 use crate::table::CoherenceWindow;
 use std::f64::consts::TAU;
-use sunbeam_rigorous::{Channel, Discretisation, Profile, Resolution, Side, check_size};
-
-/// Largest error of the power balance, relative to the incident power: half of the bound for tables.
-const BALANCE_EXACT: f64 = 0.5 * BALANCE;
+use sunbeam_rigorous::{CHECK_TOLERANCE, Channel, Discretisation, Profile, Resolution, Side, check_size};
 
 /// The reflectance of a grating by Maxwell's equations without tables. Each evaluation solves the grating once for
 /// every order whose Gaussian reaches the pair of directions.
@@ -167,7 +164,8 @@ impl ExactGrating {
         })
     }
 
-    /// The efficiency on the first mesh whose power balance holds; `solve` returns it with the error of the balance.
+    /// The efficiency on the first mesh whose power balance holds to [`CHECK_TOLERANCE`]; `solve` returns it with the
+    /// error of the balance.
     ///
     /// # Errors
     /// The errors of [`ExactGrating::efficiency`].
@@ -186,7 +184,7 @@ impl ExactGrating {
             let efficiency;
             (efficiency, balance) = solve(&mesh)?;
             nodes = mesh.nodes();
-            if balance <= BALANCE_EXACT {
+            if balance <= CHECK_TOLERANCE {
                 return Ok(efficiency);
             }
             resolution.nodes *= 2;

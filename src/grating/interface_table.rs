@@ -14,11 +14,11 @@
 use super::GratingError;
 use super::build::{EfficiencyTable, RANDOM_SEED, error_statistics, offsets_and_halves};
 use super::cell_position::fraction_at;
-use super::chebyshev::{triangle_index, triangle_nodes};
+use super::chebyshev::{triangle_count, triangle_index, triangle_nodes};
 use super::efficiencies::{EfficiencyView, UNIT};
 use super::interface_solver::{InterfaceCell, InterfaceSolver, propagates};
 use super::layout::{Below, EfficiencyLayout, InterfaceCells};
-use super::wavelengths::table_wavelengths;
+use super::wavelengths::{STEPS_NM, table_wavelengths};
 use crate::numeric::Plain;
 use crate::table::{Estimate, Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rand::{RngExt, SeedableRng};
@@ -28,15 +28,16 @@ use std::f64::consts::TAU;
 use sunbeam_rigorous::{Channel, Scattering, Side};
 
 /// Solved nodes along either side of a cell, with equal steps in the coordinate of look-ups. More nodes reduce the
-/// error, but the build time grows as the square of their number.
+/// error, but the build time grows as the square of their number. Also the fewest nodes of any table of Jones matrices,
+/// which have about twice the error of the most (`jones_table.rs`).
 pub(super) const NODES: usize = 12;
-/// Nodes of the table of efficiencies along either side of a cell, interpolated from the solved ones by cubics. Linear
-/// look-ups err less between more nodes, but the table's size grows as the square of their number. On a sinusoid of
-/// 0.6 µm, 0.2 µm high, of index 1.5, the RMS error of an efficiency is 0.003 with this number and 0.005 with the
-/// solved nodes alone.
-const STORED: usize = 18;
-/// Largest step between wavelengths in nm. Twice this step doubles the error.
-const STEP_NM: f64 = 40.0;
+/// Nodes of the table of efficiencies along either side of a cell, interpolated from the solved ones by cubics; also
+/// the fewest of a reflector's or film's table (`plan.rs`). Linear look-ups err less between more nodes, but the
+/// table's size grows as the square of their number. On a sinusoid of 0.6 µm, 0.2 µm high, of index 1.5, the RMS error
+/// of an efficiency is 0.003 with this number and 0.005 with the solved nodes alone.
+pub(super) const STORED: usize = 18;
+/// Largest step between wavelengths in nm, 40. Twice this step doubles the error.
+const STEP_NM: f64 = STEPS_NM[1];
 /// Smallest p, q, 1 − p and 1 − q of a solved node. On the border of its cell, where one of these is 0, an order has
 /// its cut-off, at which the solver's lattice sum has a pole. Larger values displace the nodes noticeably.
 const BORDER: f64 = 1e-5;
@@ -121,15 +122,15 @@ impl InterfacePlan {
     }
 
     /// Cost of a table's build on two cores. `seconds` has the time on one core for the solution at one node and
-    /// wavelength, in a cell of the air and in one of the medium. `pair_bytes` is the size of the values of a pair of channels in
-    /// one cell at one wavelength.
+    /// wavelength, in a cell of the air and in one of the medium. `pair_bytes` is the size of the values of a pair of
+    /// channels in one cell at one wavelength.
     pub(super) fn estimate(&self, seconds: [f64; 2], pair_bytes: f64) -> Estimate {
         // Sum over cells and wavelengths.
         let sum = |of_cell: &dyn Fn(InterfaceCell) -> f64| -> f64 {
             self.cells.iter().map(|&(cell, wavelengths)| of_cell(cell) * wavelengths as f64).sum()
         };
         // Nodes on the diagonal p = q and on one side of it.
-        let solved_nodes = (NODES * (NODES + 1) / 2) as f64;
+        let solved_nodes = triangle_count(NODES) as f64;
         let cores = 2.0;
         Estimate {
             bytes: pair_bytes * sum(&|cell| (cell.channels() as f64).powi(2)),
@@ -283,8 +284,7 @@ pub(super) fn build_efficiencies(
     let efficiency = |scattering: &Scattering, out, from| scattering.efficiency(out, from);
     let packed = plan.tabulated(solver, progress, efficiency, |value| value, packed_cell)?;
     let words = offsets_and_halves(&packed, &plan.extras());
-    let points = NODES * (NODES + 1) / 2;
-    Ok(EfficiencyTable { layout: plan.layout(STORED), words, solved: points * plan.cells.len() })
+    Ok(EfficiencyTable { layout: plan.layout(STORED), words, solved: triangle_count(NODES) * plan.cells.len() })
 }
 
 /// 16-bit entries of one node in units of [`UNIT`]: the row of each incident channel, followed by the sum of its stored

@@ -6,8 +6,8 @@ use sunbeam_fourier::num_complex::Complex64;
 /// Smallest `|ky/k|` by which the crossed elements are divided. Smaller values amplify the solver's error, larger ones
 /// attenuate the crossed elements of more incidences, where they are small anyway.
 const KY_RATIO_MIN: f64 = 0.02;
-/// Smallest power of a matrix that is normalised, relative to the incident power; below it the shape is zero. The
-/// polarisation of so little light is irrelevant.
+/// Smallest power of a matrix that is normalised, relative to the incident power; below it the shape is zero.
+/// Amplitudes of 1e-9 are far below the solver's error.
 const POWER_MIN: f64 = 1e-18;
 
 /// A Jones matrix between the states of Ey and of Hy, `[EE, EH, HE, HH]`, the outgoing state first.

@@ -10,7 +10,7 @@ use super::GratingError;
 use super::body::GratingBody;
 use super::build::reversed;
 use super::cell_position::wave_at;
-use super::chebyshev::{node_fractions, resampling_matrix, triangle_index, triangle_nodes};
+use super::chebyshev::{node_fractions, resampling_matrix, triangle_count, triangle_index, triangle_nodes};
 use super::film_solver::FilmSolver;
 use super::interface_solver::InterfaceSolver;
 use super::interface_table::{InterfacePlan, NODES as INTERFACE_NODES, SolvedCell};
@@ -31,10 +31,8 @@ use sunbeam_rigorous::{Profile, Scattering};
 /// Number of Chebyshev nodes along either side of a cell at which matrices are solved, and most nodes of the table.
 /// More take longer to solve; two thirds of it double the error of the test below.
 const NODES_MAX: usize = 18;
-/// Fewest nodes of the table along either side of a cell, with about twice the error of [`NODES_MAX`].
-const NODES_MIN: usize = 12;
-/// Size in bytes up to which a table has more than the fewest nodes. Larger values allow more accurate tables of
-/// gratings with long periods; smaller ones save memory.
+/// Size in bytes up to which a table has more than [`INTERFACE_NODES`] nodes along a side. Larger values allow more
+/// accurate tables of gratings with long periods; smaller ones save memory.
 const BYTES_MAX: f64 = 24e6;
 /// Bytes of a packet, the shape of one matrix.
 const PACKET_BYTES: usize = 16;
@@ -81,7 +79,7 @@ impl JonesTable {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let points_per_cell = (NODES_MAX * (NODES_MAX + 1) / 2) as f64;
+        let points_per_cell = triangle_count(NODES_MAX) as f64;
         let pair_bytes = (PACKET_BYTES * INTERFACE_NODES * INTERFACE_NODES) as f64;
         let orders = TableOrders { period_um, sides: body.sides(), points_per_cell, pair_bytes };
         let meshes = create_meshes(profile, body, orders, build_limit)?;
@@ -203,14 +201,14 @@ fn transposed([ee, eh, he, hh]: JonesShape) -> JonesShape {
     [ee, he, eh, hh]
 }
 
-/// Number of table nodes along either side of a cell: as many as [`BYTES_MAX`] allows, within [`NODES_MIN`] and
-/// [`NODES_MAX`]. `cell_counts` has the number of cells at each wavelength.
+/// Number of table nodes along either side of a cell: as many as [`BYTES_MAX`] allows, within [`INTERFACE_NODES`]
+/// and [`NODES_MAX`]. `cell_counts` has the number of cells at each wavelength.
 fn stored_nodes(cell_counts: &[usize], sides: usize) -> usize {
     // Packets for each node (p, q), summed over cells and wavelengths.
     let channels = cell_counts.iter().flat_map(|&cells| (1..=cells).map(|orders| orders * sides));
     let packets: usize = channels.map(|channels| channels * channels).sum();
     let fitting = (BYTES_MAX / (PACKET_BYTES * packets) as f64).sqrt() as usize;
-    fitting.clamp(NODES_MIN, NODES_MAX)
+    fitting.clamp(INTERFACE_NODES, NODES_MAX)
 }
 
 /// Shapes of one cell at Chebyshev nodes.

@@ -89,7 +89,7 @@ pub use colour_lobe::GratingColourLobe;
 pub use colour_surface::GratingColourSurface;
 pub use colour_tables::ColourTables;
 #[cfg(test)]
-pub(crate) use colour_tables::{NU_HALF, NU_MIDDLE, ORDER_ZERO_NODES, TAU_SCALE, WEIGHT_NODES};
+pub(crate) use colour_tables::{DIVISOR_MIN, NU_HALF, NU_MIDDLE, ORDER_ZERO_NODES, TAU_SCALE, WEIGHT_NODES};
 #[cfg(test)]
 pub(crate) use efficiencies::UNIT;
 pub use error::GratingError;

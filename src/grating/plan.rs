@@ -5,22 +5,21 @@
 
 use super::GratingError;
 use super::body::GratingBody;
-use super::build::TableResolution;
-use super::interface_table::{InterfacePlan, PAIR_BYTES};
+use super::build::{NODE_COUNTS, TableResolution};
+use super::chebyshev::triangle_count;
+use super::interface_table::{InterfacePlan, PAIR_BYTES, STORED};
 use super::order_solver::OrderSolver;
 use super::rigorous_solver::{Meshes, RigorousSolver, sufficient_resolution};
-use super::wavelengths::Spacing;
+use super::wavelengths::{STEPS_NM, Spacing, table_wavelengths};
 use crate::scattering::{ComplexIndex, SpectralIndex};
 use crate::table::{Estimate, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use sunbeam_rigorous::Profile;
 
-/// Fewest nodes of a table along either side of a cell. Fewer would interpolate less accurately.
-const STORED_MIN: u32 = 18;
 /// Most nodes of a table along either side of a cell; more would enlarge the table. A perfect conductor's table, whose
 /// efficiencies do not depend on the wavelength, has this number.
-const STORED_MAX: u32 = 32;
-/// Size in bytes up to which a table has more than [`STORED_MIN`] nodes. A larger table would not fit into a
-/// processor's cache.
+const STORED_MAX: usize = 32;
+/// Size in bytes up to which a table has more than [`STORED`] nodes along either side of a cell. A larger table would
+/// not fit into a processor's cache.
 const BYTES_MAX: f64 = 4e6;
 /// Bytes of a stored efficiency.
 const ENTRY_BYTES: f64 = 2.0;
@@ -34,17 +33,6 @@ const FULL_CELLS: f64 = 14.0;
 /// it adds little. Smaller values need more wavelengths.
 const WAVELENGTH_TOLERANCE: f64 = 1.6e-3;
 
-/// Wavelengths solved for a metal, for estimates: those of steps of 20 nm.
-const METAL_WAVELENGTHS: f64 = 25.0;
-/// Wavelengths solved for a film, for estimates: those of steps of 80 nm. Efficiencies of films without dispersion
-/// vary smoothly over wavelengths.
-const FILM_WAVELENGTHS: f64 = 7.0;
-/// Points (t, b) solved for a cell of a reflector's efficiencies, for estimates: about those of 17 Chebyshev nodes
-/// along a side, 17·18/2.
-const REFLECTOR_POINTS: f64 = 150.0;
-/// Points (t, b) solved for a cell of a film's efficiencies, for estimates: those of 8 Chebyshev nodes along a side,
-/// 8·9/2.
-const FILM_POINTS: f64 = 36.0;
 /// Seconds on one core for the matrices of the air at one point, over the squared number of nodes on the profile;
 /// measured.
 const AIR_SECONDS: f64 = 1e-6;
@@ -75,9 +63,11 @@ pub(super) struct TableOrders {
 impl TableOrders {
     /// Quantities of a table of efficiencies of a grating with this period on a body.
     pub(super) fn of_efficiencies(period_um: f64, body: GratingBody<'_>) -> Self {
-        let sides = body.sides();
-        let points_per_cell = if sides == 1 { REFLECTOR_POINTS } else { FILM_POINTS };
-        Self { period_um, sides, points_per_cell, pair_bytes: PAIR_BYTES }
+        // Efficiencies of dielectrics vary smoothly, without the anomalies of metals. Films take the fewest nodes, and
+        // metals 17.
+        let nodes = if body.is_dielectric() { NODE_COUNTS[0] } else { NODE_COUNTS[2] };
+        let points_per_cell = triangle_count(nodes) as f64;
+        Self { period_um, sides: body.sides(), points_per_cell, pair_bytes: PAIR_BYTES }
     }
 }
 
@@ -113,7 +103,7 @@ pub(super) fn create_meshes(
                 [LATTICE_SECONDS, EVANESCENT_AIR_SECONDS].map(|lattice| lattice * nodes * nodes + solution);
             InterfacePlan::new(orders.period_um, eta).estimate([in_air, in_medium], orders.pair_bytes)
         }
-        GratingBody::Reflector(_) | GratingBody::Film(_) => estimate(orders, resolution.nodes, index.is_some()),
+        GratingBody::Reflector(_) | GratingBody::Film(_) => estimate(orders, resolution.nodes, body),
     };
     cost.check(build_limit, || "a shorter period, or theory \"scalar\", which takes any".to_owned())?;
     Meshes::new(profile, resolution)
@@ -150,27 +140,24 @@ pub(super) fn choose_resolution(orders: TableOrders, spacing: Option<Spacing>) -
         let wavelengths = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / spacing.step_nm;
         // The number of entries is proportional to the squares of the nodes along a side and of the number of sides.
         let fitting = (BYTES_MAX / ENTRY_BYTES / entries(cells, wavelengths)).sqrt() / f64::from(orders.sides);
-        (fitting as u32).clamp(STORED_MIN, STORED_MAX)
+        (fitting as usize).clamp(STORED, STORED_MAX)
     });
     TableResolution { stored, spacing, tolerance: TERMS_TOLERANCE * (cells / FULL_CELLS).min(1.0) }
 }
 
 /// Cost of the build of a reflector's or film's table on two cores, hence the factor ½. `nodes` is the number of nodes
-/// on the profile; `has_wavelengths` is false for a perfect conductor.
-fn estimate(orders: TableOrders, nodes: usize, has_wavelengths: bool) -> Estimate {
+/// on the profile. Steps between wavelengths are those that films and metals commonly have: 80 and 20 nm.
+fn estimate(orders: TableOrders, nodes: usize, body: GratingBody<'_>) -> Estimate {
     let cells = cell_count(orders.period_um);
-    let is_film = orders.sides == 2;
-    let wavelengths = match (has_wavelengths, is_film) {
-        (false, _) => 1.0,
-        (true, false) => METAL_WAVELENGTHS,
-        (true, true) => FILM_WAVELENGTHS,
-    };
+    let is_perfect = matches!(body, GratingBody::Reflector(None));
+    let (step_nm, lattice) = if body.is_dielectric() { (STEPS_NM[0], LATTICE_SECONDS) } else { (STEPS_NM[2], 0.0) };
+    let (wavelengths_nm, _) = table_wavelengths(orders.period_um, Some(step_nm));
+    let (wavelengths, nodes_per_side) =
+        if is_perfect { (1.0, STORED_MAX) } else { (wavelengths_nm.len() as f64, STORED) };
     let nodes = nodes as f64;
-    let lattice_seconds = if is_film { LATTICE_SECONDS * nodes * nodes } else { 0.0 };
-    let solution_seconds = lattice_seconds + SOLUTION_SECONDS * nodes.powi(3);
+    let solution_seconds = lattice * nodes * nodes + SOLUTION_SECONDS * nodes.powi(3);
     let point_seconds = AIR_SECONDS * nodes * nodes + wavelengths * solution_seconds;
-    let nodes_per_side = if has_wavelengths { STORED_MIN } else { STORED_MAX };
-    let table_nodes = f64::from(nodes_per_side).powi(2);
+    let table_nodes = (nodes_per_side as f64).powi(2);
     Estimate {
         bytes: ENTRY_BYTES * table_nodes * entries(cells, wavelengths) * f64::from(orders.sides).powi(2),
         seconds: 0.5 * cells * orders.points_per_cell * point_seconds,

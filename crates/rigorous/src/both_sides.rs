@@ -1,9 +1,8 @@
 //! All orders on both sides of a lossless dielectric for one direction of light, solved and checked in one call.
 
-use crate::discretisation::NODES_MAX;
 use crate::error::positive;
-use crate::orders::{COSINE_MIN, TOLERANCE, check_length, flipped};
-use crate::{Air, Channel, Discretisation, Error, Medium, Order, Profile, Resolution, Scattering, Side, check_size};
+use crate::orders::{COSINE_MIN, check_length, flipped, on_sufficient_nodes};
+use crate::{Air, Channel, Error, Medium, Order, Profile, Resolution, Scattering, Side, check_size};
 use std::f64::consts::TAU;
 
 /// All propagating orders on both sides for light from one direction.
@@ -66,30 +65,18 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
     // |ky|/k exceeds 1 for some light from below that is totally reflected. The check accepts at most 1, and smaller
     // values are stricter. Its estimate of the cost is not needed.
     check_size(profile, &medium, wavelength_nm, (wi[1] * eta_in).abs().min(1.0))?;
-    let mut resolution = Resolution::new(profile, &medium, wavelength_nm)?;
-    // Doubles the nodes until both checks pass.
-    loop {
-        let mesh = Discretisation::new(profile, resolution)?;
-        let solve = |b: f64| Air::at_kappa_squared(&mesh, kappa_squared, b)?.scatter(eta, wavelength_nm);
+    let resolution = Resolution::new(profile, &medium, wavelength_nm)?;
+    let (forward, nodes, [balance_error, reciprocity_error]) = on_sufficient_nodes(profile, resolution, |mesh| {
+        let solve = |b: f64| Air::at_kappa_squared(mesh, kappa_squared, b)?.scatter(eta, wavelength_nm);
         let (forward, reversed) = (solve(b)?, solve(-b)?);
-        let (balance_error, reciprocity_error) = (forward.balance_error(), forward.reciprocity_error(&reversed));
-        if balance_error <= TOLERANCE && reciprocity_error <= TOLERANCE {
-            let incident = Channel { side, order: 0 };
-            // ky is common to all orders, so the direction's y in a medium of index `n` is scaled by `eta_in / n`.
-            let orders = |side: Side, n: f64| orders_on(&forward, side, incident, n * k, wi[1] * eta_in / n);
-            let (above, below) = (orders(Side::Above, 1.0), orders(Side::Below, eta));
-            return Ok(BothSides { above, below, nodes: mesh.nodes(), balance_error, reciprocity_error });
-        }
-        resolution.nodes *= 2;
-        if resolution.nodes > NODES_MAX {
-            return Err(Error::Unresolved {
-                nodes: mesh.nodes(),
-                balance: balance_error,
-                reciprocity: reciprocity_error,
-                tolerance: TOLERANCE,
-            });
-        }
-    }
+        let errors = [forward.balance_error(), forward.reciprocity_error(&reversed)];
+        Ok((forward, errors))
+    })?;
+    let incident = Channel { side, order: 0 };
+    // ky is common to all orders, so the direction's y in a medium of index `n` is scaled by `eta_in / n`.
+    let orders = |side: Side, n: f64| orders_on(&forward, side, incident, n * k, wi[1] * eta_in / n);
+    let (above, below) = (orders(Side::Above, 1.0), orders(Side::Below, eta));
+    Ok(BothSides { above, below, nodes, balance_error, reciprocity_error })
 }
 
 /// Lists the orders on one side, for light in the channel `incident`. `wave_number` is that of the side's medium

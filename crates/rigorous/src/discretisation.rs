@@ -8,25 +8,25 @@
 //! [`Amplitudes::balance_error`](crate::Amplitudes::balance_error) stays below 1e-3 on the gratings of the tests.
 
 use crate::error::{finite, positive};
-use crate::interpolation::Interpolation;
+use crate::interpolation::{Interpolation, WIDTH};
 use crate::linear::{Matrix, from_fn};
-use crate::nodes::{Nodes, distribute_nodes};
+use crate::nodes::{EDGE_NODES_MIN, Nodes, distribute_nodes};
 use crate::profile::Shape;
 use crate::{Air, Below, Error, Medium, Profile};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-/// Fewest accepted nodes on one period. The interpolation to fine nodes uses 17 neighbouring ones, which must be
-/// distinct; 24 leaves a margin for the rounding on each edge.
-const NODES_MIN: usize = 24;
+/// Fewest accepted nodes on one period: the interpolation to fine nodes uses 17 neighbouring ones, which must be
+/// distinct.
+const NODES_MIN: usize = WIDTH;
 /// Most accepted nodes on one period. At this number [`Estimate`](crate::Estimate) expects 50 s a solution on one core.
 pub(crate) const NODES_MAX: usize = 2048;
 /// Fewest nodes that [`Resolution::new`] returns. Fewer leave a larger error of the power balance.
 const NODES_DEFAULT: usize = 64;
 /// Fewest nodes for each Fourier harmonic of a smooth profile: the fields have higher harmonics than the relief.
 const NODES_PER_HARMONIC: usize = 8;
-/// Fewest nodes for each edge, on average over the edges: twice the smallest number on one edge (`nodes.rs`).
-const NODES_PER_EDGE: usize = 16;
+/// Fewest nodes for each edge, on average over the edges: twice the smallest number on one edge.
+pub(crate) const NODES_PER_EDGE: usize = 2 * EDGE_NODES_MIN;
 /// Nodes for each wavelength along a smooth curve; the wavelength is the shorter one of air and lower medium. Fewer
 /// leave a larger error of the power balance.
 const NODES_PER_WAVE_SMOOTH: f64 = 9.0;
@@ -47,7 +47,7 @@ const STEP_SKIN_DEPTHS_MAX: f64 = 0.9;
 /// Number of nodes on one period of the curve, for the air and for the lower medium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolution {
-    /// Coarse nodes on one period, 24 to 2048. A profile with edges gets a few more or less, by rounding on each edge.
+    /// Coarse nodes on one period, 17 to 2048. A profile with edges gets a few more or less, by rounding on each edge.
     pub nodes: usize,
     /// Fine nodes for each coarse node, for the integrals of the lower medium: odd, 1 to 15.
     pub oversampling: usize,
@@ -84,9 +84,8 @@ impl Resolution {
             }
             Shape::Edges(edges) => (NODES_DEFAULT.max(NODES_PER_EDGE * edges.len()), NODES_PER_WAVE_EDGES),
         };
-        // A multiple of 4 is even, as Kress' weights require. The bound of 1e9 keeps the rounding within an integer's
-        // range.
-        let nodes = least.max((per_wave * waves).min(1e9) as usize).next_multiple_of(4);
+        // A multiple of 4 is even, as Kress' weights require. The bound keeps the rounding within an integer's range.
+        let nodes = least.max((per_wave * waves).min(i32::MAX.into()) as usize).next_multiple_of(4);
         if nodes > NODES_MAX || *medium == Medium::Perfect {
             return Ok(Self { nodes, oversampling: 1 });
         }
@@ -140,11 +139,11 @@ impl Discretisation {
     /// Distributes nodes over a profile.
     ///
     /// # Errors
-    /// Fewer than 24 nodes or more than 2048, an even oversampling or one above 15.
+    /// Fewer than 17 nodes or more than 2048, an even oversampling or one above 15.
     pub fn new(profile: &Profile, resolution: Resolution) -> Result<Self, Error> {
         let Resolution { nodes, oversampling } = resolution;
         if !(NODES_MIN..=NODES_MAX).contains(&nodes) {
-            return Err(Error::OutOfRange { quantity: "nodes", found: nodes as f64, accepted: "24 to 2048" });
+            return Err(Error::OutOfRange { quantity: "nodes", found: nodes as f64, accepted: "17 to 2048" });
         }
         if oversampling % 2 == 0 || oversampling > OVERSAMPLING_MAX {
             let found = oversampling as f64;

@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 /// time; smaller ones raise the error of interpolation, which is far below that of the quadrature.
 const REACH: usize = 8;
 /// Number of coarse nodes from which a value is interpolated.
-const WIDTH: usize = 2 * REACH + 1;
+pub(crate) const WIDTH: usize = 2 * REACH + 1;
 
 /// Lagrange interpolation from coarse nodes to fine nodes. Each coarse node is the middle one of `factor` fine nodes,
 /// an odd number.

@@ -30,10 +30,11 @@ use crate::special::{Radial, chebyshev_coefficients, chebyshev_nodes, expint_1, 
 use ndarray::linalg::general_mat_mul;
 use ndarray::{Array1, Array2, ArrayView2, Axis, ShapeBuilder, Zip, s};
 use num_complex::Complex64;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{LN_2, PI, TAU};
 
-/// Exponent beyond which terms of Ewald's sums are neglected: e^−38 = 3e-17, below the rounding of double precision.
-const EXPONENT_MAX: f64 = 38.0;
+/// Exponent beyond which terms of Ewald's sums are neglected: e^−`EXPONENT_MAX` is 2⁻⁵², the rounding of double
+/// precision.
+const EXPONENT_MAX: f64 = 52.0 * LN_2;
 /// Largest |k|/2E. Both sums grow as e^{(|k|/2E)²} before they cancel. At this value the growth is a factor of 21,
 /// which costs about one decimal digit; smaller values need more orders.
 const SPLIT_MAX: f64 = 1.75;
@@ -43,17 +44,11 @@ const TAIL_MAX: f64 = 1e-9;
 /// Most Chebyshev terms along each axis. It bounds time and memory; `limits.rs` derives the largest period and height
 /// from it.
 const TERMS_MAX: usize = 400;
-/// Enlargement factor of the box, so that points on its border lie inside despite rounding.
-const MARGIN: f64 = 1.0001;
 /// Smallest half height of the box in periods, so that the box of a flat relief is not empty.
 pub(crate) const HALF_HEIGHT_MIN: f64 = 1e-3;
-/// Smallest |γ|/|k|. It replaces smaller values, so that terms stay finite near the pole at γ = 0. Larger values would
-/// move more orders away from their cut-off.
-const DECAY_MIN: f64 = 1e-8;
-/// Magnitude at which the series of [`Ewald::weights`] ends, below the rounding of its first term, 1.
-const WEIGHT_MIN: f64 = 1e-18;
-/// Most terms of [`Ewald::weights`], a safeguard: with [`SPLIT_MAX`] fewer fall below [`WEIGHT_MIN`].
-const WEIGHTS_MAX: usize = 60;
+/// Lower bound on the distance, in periods, between source p = 0 and the points at which F is computed. The lowest of n
+/// Chebyshev nodes along z lies at sin(π/2n) half heights, which is at least 1/n.
+pub(crate) const DISTANCE_MIN: f64 = HALF_HEIGHT_MIN / TERMS_MAX as f64;
 
 /// F and its gradient as polynomials over the box |x| ≤ d/2, |z| ≤ h.
 pub(crate) struct LatticeSum {
@@ -88,14 +83,15 @@ impl LatticeSum {
         height: f64,
         near: &Radial,
     ) -> Result<Self, Error> {
-        let (half_x, half_z) = (0.5 * period * MARGIN, (height * MARGIN).max(HALF_HEIGHT_MIN * period));
+        let (half_x, half_z) = (0.5 * period, height.max(HALF_HEIGHT_MIN * period));
         let ewald = Ewald::new(period, wave_number, bloch);
-        let k = wave_number.norm();
-        // Numbers of Chebyshev nodes along each axis. Along z the number is even, so that no node has z = 0, where the
-        // source p = 0 may be singular. The first guess, measured to suffice in most cases, affects speed only: both
-        // numbers grow until the last coefficients are small.
-        let mut nodes_x = (26 + (0.65 * k * half_x) as usize).min(TERMS_MAX);
-        let mut nodes_z = (2 * (5 + (0.5 * k * half_z + 4.0 * half_z / period) as usize)).min(TERMS_MAX);
+        // Numbers of Chebyshev nodes along each axis; both grow until the last coefficients are small. Along x the
+        // nearest source is one period from the middle. Along z, at x = d/2, its phase is k√(z² + d²/4), and it is
+        // singular at z = ±id/2. The number along z is even, so that no node has z = 0, where source p = 0 may be
+        // singular.
+        let phases = [half_x, half_z * half_z / half_z.hypot(half_x)].map(|length| wave_number.norm() * length);
+        let mut nodes_x = nodes_needed(phases[0], 2_f64.acosh());
+        let mut nodes_z = nodes_needed(phases[1], (half_x / half_z).asinh()).next_multiple_of(2);
         loop {
             let values = ewald.on_grid(half_x, half_z, nodes_x, nodes_z, near);
             if values.iter().flatten().any(|value| !value.is_finite()) {
@@ -106,11 +102,12 @@ impl LatticeSum {
             if tail_x <= TAIL_MAX && tail_z <= TAIL_MAX {
                 return Ok(Self::from_series(half_x, half_z, &series));
             }
-            // About a quarter more; an even number along z.
-            let more_x = if tail_x > TAIL_MAX { 8 + nodes_x / 4 } else { 0 };
-            let more_z = if tail_z > TAIL_MAX { 2 * (2 + nodes_z / 8) } else { 0 };
+            // A quarter more.
+            let grown = |nodes: usize, tail: f64| {
+                if tail > TAIL_MAX { (nodes + nodes.div_ceil(4)).min(TERMS_MAX) } else { nodes }
+            };
             let before = (nodes_x, nodes_z);
-            (nodes_x, nodes_z) = ((nodes_x + more_x).min(TERMS_MAX), (nodes_z + more_z).min(TERMS_MAX));
+            (nodes_x, nodes_z) = (grown(nodes_x, tail_x), grown(nodes_z, tail_z).next_multiple_of(2));
             if before == (nodes_x, nodes_z) {
                 return Err(Error::NotFinite { what: "the polynomial for the sum over the periods" });
             }
@@ -170,6 +167,19 @@ impl LatticeSum {
             .map(|i| [(&re, &im), (&re_x, &im_x), (&re_z, &im_z)].map(|(re, im)| Complex64::new(re[i], im[i])))
             .collect()
     }
+}
+
+/// Number of Chebyshev nodes along an axis of the box with which the last two coefficients are about [`TAIL_MAX`].
+///
+/// `phase` bounds the change of F's phase over half the axis, in radians. The nearest singularity lies on the Bernstein
+/// ellipse with the semi-axes cosh `singular` and sinh `singular`, in half axes. On that of a smaller θ, F is at most
+/// e^{phase·sinh θ}, so coefficient n is at most e^{phase·sinh θ − nθ}. The θ with the fewest nodes satisfies
+/// `phase·(θ cosh θ − sinh θ) = −ln TAIL_MAX`, whose left side is about phase·θ³/3.
+fn nodes_needed(phase: f64, singular: f64) -> usize {
+    let exponent = -TAIL_MAX.ln();
+    let theta = (3.0 * exponent / phase).cbrt().min(singular);
+    let degree = (exponent + phase * theta.sinh()) / theta;
+    (degree.ceil() + 2.0).min(TERMS_MAX as f64) as usize
 }
 
 /// Derivatives with respect to z of the even polynomials T_2m(z/half), point × m, in 1/µm. `in_z` holds T_n(z/half) for
@@ -253,7 +263,8 @@ struct Ewald {
 }
 
 impl Ewald {
-    /// Sets E, and lists the orders whose terms exceed e^−[`EXPONENT_MAX`] and the weights above [`WEIGHT_MIN`].
+    /// Sets E, and lists the orders whose terms exceed e^−[`EXPONENT_MAX`] and the weights above rounding. The first
+    /// weight is 1.
     ///
     /// E = √π/d balances both sums; where |k|/2E would exceed [`SPLIT_MAX`], E is larger.
     fn new(period: f64, wave_number: Complex64, bloch: f64) -> Self {
@@ -268,7 +279,7 @@ impl Ewald {
             .collect();
         let ratio = wave_number * wave_number / (4.0 * split * split);
         let mut weights = vec![Complex64::ONE];
-        while weights[weights.len() - 1].norm() > WEIGHT_MIN && weights.len() < WEIGHTS_MAX {
+        while weights[weights.len() - 1].norm() > f64::EPSILON {
             weights.push(weights[weights.len() - 1] * ratio / weights.len() as f64);
         }
         Self { period, bloch, split, orders, weights }
@@ -344,15 +355,15 @@ impl Ewald {
 
 /// γ = √(α² − k²) of an order: with a positive real part, or −iβ (β > 0) for an order that propagates undamped.
 ///
-/// At the cut-off of the order, γ = 0, the sum has a pole. Where |γ| is below [`DECAY_MIN`]·|k|, the result is γ of a
-/// propagating order with |γ| equal to this bound.
+/// At the cut-off of the order, γ = 0, the sum has a pole. The rounding of γ² is about ε|k|². Where |γ|² is below it,
+/// the result is γ of a propagating order with |γ|² equal to this bound.
 fn decay(alpha: f64, wave_number: Complex64) -> Complex64 {
     let square = alpha * alpha - wave_number * wave_number;
     let root = square.sqrt();
     // With loss, Im γ² < 0 and the principal root is the outgoing one. Without loss γ² lies on the branch cut, and the
     // outgoing root is the limit from Im γ² < 0.
     let gamma = if square.im == 0.0 && square.re < 0.0 { Complex64::new(0.0, -(-square.re).sqrt()) } else { root };
-    let least = DECAY_MIN * wave_number.norm();
+    let least = f64::EPSILON.sqrt() * wave_number.norm();
     if gamma.norm() < least { Complex64::new(0.0, -least) } else { gamma }
 }
 

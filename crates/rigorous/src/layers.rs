@@ -16,7 +16,7 @@
 //! is in turns, the period d in µm.
 
 use crate::Error;
-use crate::lattice_sum::{HALF_HEIGHT_MIN, LatticeSum};
+use crate::lattice_sum::{DISTANCE_MIN, HALF_HEIGHT_MIN, LatticeSum};
 use crate::linear::{Matrix, zeros};
 use crate::nodes::{Nodes, Separation};
 use crate::special::{EULER_GAMMA, Radial};
@@ -33,11 +33,6 @@ const WINDOW: [f64; 2] = [0.3, 0.48];
 /// Upper bounds on the two distances r of the window, as Im k·r. The weights multiply Bessel functions, which grow as
 /// e^{Im k·r} and would magnify rounding at larger distances.
 const WINDOW_DECAYED: [f64; 2] = [2.5, 7.0];
-/// Upper bound on the start of the tables of Hankel functions, in periods, for widely spaced nodes: [`LatticeSum::new`]
-/// reads the tables at distances down to about 1e-4 periods.
-const TABLE_START_MAX: f64 = 1e-5;
-/// Factor of the tables' end over the largest distance, for rounding.
-const TABLE_MARGIN: f64 = 1.01;
 
 /// The layer potentials as matrices: target node × source node.
 pub(crate) struct Layers {
@@ -87,10 +82,10 @@ pub(crate) fn layer_matrices(
         Images::Near(count) => count,
         Images::All => 0,
     };
-    // The nearest image is at most half a period away along x.
+    // The nearest image is at most half a period away along x. Rounding may exceed the tables' ends (`Radial::hankel`).
     let reach = (f64::from(count) + 0.5) * d;
-    let least = (0.5 * nodes.spacing_min()).min(TABLE_START_MAX * d);
-    let most = TABLE_MARGIN * reach.hypot(height.max(HALF_HEIGHT_MIN * d));
+    let least = (0.5 * nodes.spacing_min()).min(DISTANCE_MIN * d);
+    let most = reach.hypot(height.max(HALF_HEIGHT_MIN * d));
     let radial = Radial::new(wave_number, least, most, window[1])?;
     let lattice = match images {
         Images::All => Some(LatticeSum::new(d, wave_number, bloch, height, &radial)?),

@@ -103,6 +103,6 @@ pub use error::Error;
 pub use limits::check_size;
 pub use medium::Medium;
 pub use metal::{KY_SQUARED_RANGE, MetalTable};
-pub use orders::{Estimate, Order, Orders, solve_orders, transverse_basis};
+pub use orders::{CHECK_TOLERANCE, Estimate, Order, Orders, solve_orders, transverse_basis};
 pub use profile::Profile;
 pub use scattering::{Below, Channel, Scattering, Side};

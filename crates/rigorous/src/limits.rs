@@ -14,9 +14,9 @@ use std::f64::consts::TAU;
 
 /// Largest period in wavelengths of a medium.
 ///
-/// A period of t wavelengths needs `πt + 10 + 6.4·(πt)^⅓` terms (measured up to t = 150), so 400 terms suffice up to
-/// t = 109.8. The margin is for tables over directions: they extend beyond the horizon, to a t up to one larger than
-/// any direction has.
+/// 400 terms suffice for one wavelength more (`nodes_needed` in `lattice_sum.rs`; measured: 109.8). The margin is for
+/// tables over directions: they extend beyond the horizon, to a period of up to one wavelength more than any direction
+/// has.
 pub(crate) const PERIOD_WAVES_MAX: f64 = 108.0;
 
 /// Largest height of a relief in wavelengths of a medium.

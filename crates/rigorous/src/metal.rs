@@ -35,11 +35,8 @@ const TOLERANCE: f64 = 1e-4;
 /// higher one more of those directions are solved without the table.
 pub const KY_SQUARED_RANGE: [f64; 2] = [-0.35, 1.0];
 
-/// Most tabulated Bloch phases. A medium that needs more is solved directly; larger values take more memory and time. A
+/// Most Chebyshev nodes of ky². A medium that needs more is solved directly; larger values take more memory and time. A
 /// float, since the estimate that it bounds may be infinite.
-const PHASES_MAX: f64 = 9.0;
-
-/// Most Chebyshev nodes of ky², with the trade-off and type of [`PHASES_MAX`].
 const KY_NODES_MAX: f64 = 11.0;
 
 /// W at the coarse nodes, times their speed |dr/dτ| (`nodes.rs`): target × source. Arguments are κm² in (rad/µm)² and
@@ -124,7 +121,7 @@ impl<'a> MetalTable<'a> {
         // Fields that need the sum over all images reach too many periods for a table. The range of `ky_nodes` also
         // refuses an estimate that is infinite or NaN.
         let needs_lattice_sum = matches!(Images::needed(slowest_decay, period), Images::All);
-        if needs_lattice_sum || phases > PHASES_MAX || !(1.0..=KY_NODES_MAX).contains(&ky_nodes) {
+        if needs_lattice_sum || !(1.0..=KY_NODES_MAX).contains(&ky_nodes) {
             return Ok(None);
         }
         let (phases, ky_nodes) = (phases as usize, ky_nodes as usize);

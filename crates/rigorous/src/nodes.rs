@@ -22,15 +22,11 @@ const GRADING: f64 = 5.0;
 
 /// Fewest nodes on an edge: four on either half, which are graded towards its corner. Larger numbers give short walls
 /// more nodes than they need.
-const EDGE_NODES_MIN: usize = 8;
+pub(crate) const EDGE_NODES_MIN: usize = 8;
 
 /// Fraction of the nodes that is distributed equally over the edges; the rest is distributed by length. A short wall
 /// also needs nodes for the singularities at its corners. Larger fractions take nodes from long edges.
 const EQUAL_FRACTION: f64 = 0.4;
-
-/// Largest distance along x, in periods, between two nodes whose difference is computed from a common corner. At ½ and
-/// above, another image of the source would be nearer; a quarter keeps clear of this limit.
-const COMMON_CORNER_DISTANCE_MAX: f64 = 0.25;
 
 /// Position of a node relative to the two corners of its edge.
 #[derive(Clone, Copy, Debug)]
@@ -211,8 +207,8 @@ impl Nodes {
             let [a, b] = [on_target, on_source].map(|on| on.nearer_corner(self.edge_count));
             let [dx, dz] = [0, 1].map(|j| a.offset[j] - b.offset[j]);
             // Offsets from a common corner keep the digits that positions lose. The source is moved by the periods
-            // between its own image of the corner and the target's.
-            if a.index == b.index && dx.abs() < COMMON_CORNER_DISTANCE_MAX * self.period {
+            // between its own image of the corner and the target's. Beyond half a period another image is nearer.
+            if a.index == b.index && dx.abs() < half_period {
                 (x, z, periods) = (dx, dz, a.period - b.period);
             }
             on_one_line = on_target.straight && on_target.edge == on_source.edge && periods == 0;

@@ -5,9 +5,9 @@ use crate::error::positive;
 use crate::{Amplitudes, Discretisation, Error, Jones, Medium, Profile, Resolution, check_size};
 use std::f64::consts::TAU;
 
-/// Largest accepted violation of power balance, as a fraction of the incident power, and of reciprocity, as an
-/// amplitude. It is far below what a picture shows.
-pub(crate) const TOLERANCE: f64 = 5e-4;
+/// Largest violation that [`solve_orders`] accepts: of power balance, as a fraction of the incident power, and of
+/// reciprocity, as an amplitude. It is far below what a picture shows.
+pub const CHECK_TOLERANCE: f64 = 5e-4;
 
 /// Smallest accepted cosine of incidence. At smaller ones efficiencies are ratios of two vanishing powers.
 pub(crate) const COSINE_MIN: f64 = 1e-7;
@@ -102,7 +102,8 @@ impl Estimate {
 /// All propagating orders for light of a wavelength (nm) from the unit vector `wi`.
 ///
 /// `wi` points away from the surface, towards the light. x is across the grooves, y along them, z up. Power balance and
-/// reciprocity are checked to 5e-4. Where a check fails, the problem is solved again with twice the nodes.
+/// reciprocity are checked to [`CHECK_TOLERANCE`]. Where a check fails, the problem is solved again with twice the
+/// nodes.
 ///
 /// # Errors
 /// - [`Error::OutOfRange`]: a direction at or below the horizon or not of unit length, a wavelength that is not finite
@@ -123,27 +124,41 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
     let (t, b) = (kappa_over_k * k * period / TAU, -wi[0] * k * period / TAU);
     // |wi.y| may exceed 1 by the tolerance of the length.
     check_size(profile, medium, wavelength_nm, wi[1].abs().min(1.0))?;
-    let mut resolution = Resolution::new(profile, medium, wavelength_nm)?;
-    loop {
-        let mesh = Discretisation::new(profile, resolution)?;
+    let resolution = Resolution::new(profile, medium, wavelength_nm)?;
+    let (forward, nodes, [balance_error, reciprocity_error]) = on_sufficient_nodes(profile, resolution, |mesh| {
         // Reciprocity relates the amplitudes at b to those at −b.
         let forward = mesh.air(t, b)?.solve(medium, wavelength_nm)?;
         let reversed = mesh.air(t, -b)?.solve(medium, wavelength_nm)?;
-        let (balance_error, reciprocity_error) = (forward.balance_error(), forward.reciprocity_error(&reversed));
-        if balance_error <= TOLERANCE && reciprocity_error <= TOLERANCE {
-            let orders = orders_of(&forward, k, wi[1]);
-            // For light incident in order 0.
-            let absorbed = forward.absorbed(0);
-            return Ok(Orders { orders, absorbed, nodes: mesh.nodes(), balance_error, reciprocity_error });
+        let errors = [forward.balance_error(), forward.reciprocity_error(&reversed)];
+        Ok((forward, errors))
+    })?;
+    // For light incident in order 0.
+    let absorbed = forward.absorbed(0);
+    Ok(Orders { orders: orders_of(&forward, k, wi[1]), absorbed, nodes, balance_error, reciprocity_error })
+}
+
+/// The solution with the nodes of `resolution`, doubled until its errors of power balance and of reciprocity, which
+/// `solve` returns with it, are at most [`CHECK_TOLERANCE`]. Returns it with the number of nodes and both errors.
+///
+/// # Errors
+/// [`Error::Unresolved`] where more than 2048 nodes would be needed, and the errors of `solve`.
+pub(crate) fn on_sufficient_nodes<T>(
+    profile: &Profile,
+    mut resolution: Resolution,
+    solve: impl Fn(&Discretisation) -> Result<(T, [f64; 2]), Error>,
+) -> Result<(T, usize, [f64; 2]), Error> {
+    loop {
+        let mesh = Discretisation::new(profile, resolution)?;
+        let (solution, errors) = solve(&mesh)?;
+        let nodes = mesh.nodes();
+        // False for NaN.
+        if errors.iter().all(|&error| error <= CHECK_TOLERANCE) {
+            return Ok((solution, nodes, errors));
         }
         resolution.nodes *= 2;
         if resolution.nodes > NODES_MAX {
-            return Err(Error::Unresolved {
-                nodes: mesh.nodes(),
-                balance: balance_error,
-                reciprocity: reciprocity_error,
-                tolerance: TOLERANCE,
-            });
+            let [balance, reciprocity] = errors;
+            return Err(Error::Unresolved { nodes, balance, reciprocity, tolerance: CHECK_TOLERANCE });
         }
     }
 }

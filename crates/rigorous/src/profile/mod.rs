@@ -4,6 +4,7 @@ mod edge;
 mod samples;
 
 use crate::Error;
+use crate::discretisation::{NODES_MAX, NODES_PER_EDGE};
 use crate::error::{finite, positive};
 pub(crate) use edge::{Edge, Point};
 use num_complex::Complex64;
@@ -13,12 +14,11 @@ use std::f64::consts::TAU;
 /// z.
 const DEPTH_MAX: f64 = 2.0;
 
-/// Most corners in one period. A wall found among sampled heights counts as one corner but is an edge itself, so there
-/// are at most 128 edges. With 16 nodes for each (`discretisation.rs`) they take all of the 2048 nodes.
-const CORNERS_MAX: usize = 64;
+/// Most corners in one period, 64. A wall found among sampled heights counts as one corner but is an edge itself, so
+/// there are at most twice as many edges, which take all nodes.
+const CORNERS_MAX: usize = NODES_MAX / (2 * NODES_PER_EDGE);
 
-/// Smallest distance between neighbouring corners, in periods. At smaller ones rounding determines the edge's
-/// direction.
+/// Length of the shortest edge, in periods. Rounding determines the direction of shorter ones.
 const EDGE_MIN: f64 = 1e-9;
 
 /// One period of a relief: either smooth, or edges that meet in corners. Lengths are in µm.

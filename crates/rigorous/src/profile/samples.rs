@@ -5,7 +5,7 @@
 //! right minus that of the step to its left. A *wall* is a vertical step between two samples, a *kink* is a change of
 //! slope at a sample, and *corner* means both.
 
-use super::{CORNERS_MAX, Edge, Shape};
+use super::{CORNERS_MAX, EDGE_MIN, Edge, Shape};
 use crate::Error;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -25,9 +25,6 @@ const STRAIGHT_DEVIATION_MAX: f64 = 1e-3;
 /// Largest sum of the magnitudes of the Fourier coefficients left out, as a fraction of the largest one. The relief
 /// changes by about a ten-thousandth of its height.
 const TRUNCATION_MAX: f64 = 1e-4;
-/// Difference in height, in periods, above which the ends of neighbouring edges are joined by a wall. Smaller ones are
-/// rounding.
-const WALL_HEIGHT_MIN: f64 = 1e-12;
 /// Fewest samples of a spline, the number of coefficients of a cubic. A piece of fewer samples becomes a straight edge.
 const SPLINE_SAMPLES_MIN: usize = 4;
 
@@ -143,7 +140,7 @@ fn edges_between(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> 
         });
         if let Some(before) = edges.last() {
             let end = before.ends()[1];
-            if (end[1] - z0).abs() > WALL_HEIGHT_MIN * period {
+            if (end[1] - z0).abs() > EDGE_MIN * period {
                 edges.push(Edge::line(end, [x0, z0]));
             }
         }
@@ -156,7 +153,7 @@ fn edges_between(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> 
     // The wall between the last edge and the first of the next period.
     if let (Some(last), Some(first)) = (edges.last(), edges.first()) {
         let (end, begin) = (last.ends()[1], first.ends()[0]);
-        if (end[1] - begin[1]).abs() > WALL_HEIGHT_MIN * period {
+        if (end[1] - begin[1]).abs() > EDGE_MIN * period {
             edges.push(Edge::line(end, [begin[0] + period, begin[1]]));
         }
     }

@@ -7,16 +7,15 @@ use super::EULER_GAMMA;
 /// Computed by the power series (Abramowitz & Stegun 5.1.11) for x ≤ 1, and by the continued fraction (5.1.22) for
 /// larger x.
 pub(crate) fn expint_1(x: f64) -> f64 {
-    /// Terms of the power series. At x = 1 the last one is 1/(18·18!) ≈ 1e-17, below rounding.
-    const TERMS: i32 = 18;
     /// Depth of the continued fraction. Near x = 1, where it converges slowest, 120 suffice.
     const DEPTH: i32 = 120;
     if x <= 1.0 {
-        // E₁(x) = −γ − ln x − Σ_n (−x)^n/(n·n!); `power` is (−x)^n/n!.
-        let (mut power, mut sum) = (1.0, 0.0);
-        for n in 1..=TERMS {
-            power *= -x / f64::from(n);
-            sum -= power / f64::from(n);
+        // E₁(x) = −γ − ln x − Σ_n (−x)^n/(n·n!), up to rounding; `power` is (−x)^n/n!.
+        let (mut power, mut sum, mut n) = (1.0_f64, 0.0, 0.0);
+        while power.abs() > f64::EPSILON {
+            n += 1.0;
+            power *= -x / n;
+            sum -= power / n;
         }
         return sum - EULER_GAMMA - x.ln();
     }
