@@ -235,7 +235,7 @@ fn constants_of_rust_and_wgsl_agree() {
             ("WEIGHT_NODES_TAU", WEIGHT_NODES[0].into()),
             ("WEIGHT_NODES_NU", WEIGHT_NODES[1].into()),
             ("ORDER_ZERO_NODES", ORDER_ZERO_NODES.into()),
-            ("DIVISOR_MIN", single(DIVISOR_MIN)),
+            ("GRATING_DIVISOR_MIN", single(DIVISOR_MIN)),
         ]);
     }
     // Every constant of every module must be in the list, and every entry of the list in some module.
