@@ -360,7 +360,8 @@ impl<'a, const K: usize> Builder<'a, K> {
             .collect();
         for _ in 0..ITERATIONS {
             // Replaces t by I(t), the integral in its definition. The first t, max(1, a), fulfils the condition
-            // I(t) ≤ t. I does not decrease with t, so I(I(t)) ≤ I(t) follows: the new t fulfils it, too.
+            // I(t) ≤ t, and I does not decrease with t, unless parts are negative. So I(I(t)) ≤ I(t): the new t
+            // fulfils it, too.
             t = std::array::from_fn(|k| {
                 let (zero, t) = (Real4::lit(0.0), Real4::lit(t[k]));
                 let sum = divided.iter().fold(zero, |sum, (part, divided)| {

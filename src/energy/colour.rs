@@ -53,7 +53,6 @@ pub struct ColourAlbedoTable {
 impl ColourAlbedoTable {
     /// Builds the table of an ensemble; `None` for a table of amplitudes, whose powers do not add.
     pub fn build(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<Self> {
-        // `None` for a table of amplitudes.
         let integral = AlbedoIntegral::fast(table, options)?;
         // Integration over a band smooths the albedo, so that the smallest grid suffices without ridges.
         let (cells, wavelengths) = match integral.has_ridges() {

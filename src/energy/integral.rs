@@ -1,7 +1,7 @@
 //! Quadrature of the albedo over the hemisphere: `a(wi, λ) = Σ_m F(wi, wo_m)·P_m`.
 //!
 //! Each quadrature node m has a direction wo_m and a fraction P_m of the power in the table. F is the angular factor of
-//! the two directions: `O·M`, or `Q·M` with the small slope. O is the obliquity factor, Q the small-slope factor and M
+//! the two directions: `O·M`, or `Q·M` in small-slope theory. O is the obliquity factor, Q the small-slope factor and M
 //! the V-cavity factor of shadowing (docs/model.md#the-reflectance).
 //!
 //! The table's nodes carry Gaussians over frequency, which are *narrow* or *wide* over the hemisphere ([`PANELS_MAX`]).
@@ -292,7 +292,7 @@ struct Integrand<'a, V: Values> {
     /// Incident direction, with a cosine of at least [`COSINE_MIN`], since F divides by it.
     wi: [V::Real; 3],
     /// Phase rate κ per unit of w, in rad/µm.
-    wavenumber: V::Real,
+    kappa_per_w: V::Real,
     /// Index of the small-slope factor; `None` for a perfect conductor.
     index: Option<ComplexIndex>,
 }
@@ -310,7 +310,7 @@ impl<'a, V: Values> Integrand<'a, V> {
         Self {
             integral,
             wi: [x, y, z.max(COSINE_MIN)].map(V::Real::lit),
-            wavenumber: V::Real::lit(TAU * 1e3 / depth_wavelength_nm),
+            kappa_per_w: V::Real::lit(TAU * 1e3 / depth_wavelength_nm),
             index: integral.options.index.as_ref().map(|index| index.at(index_nm)),
         }
     }
@@ -324,7 +324,7 @@ impl<'a, V: Values> Integrand<'a, V> {
         let factor = self.integral.options.albedo_factor(q, cosines, self.index);
         let mut part = V::pack(|lane| nodes[lane].factor) * factor;
         if let Power::Gaussians { .. } = self.integral.power {
-            let curves = PowerCurves::<V>::new(self.integral.table, q[2] * self.wavenumber);
+            let curves = PowerCurves::<V>::new(self.integral.table, q[2] * self.kappa_per_w);
             let gaussian = (V::pack(|lane| nodes[lane].exponent) * V::Real::lit(LOG2_E)).exp2();
             part = part * gaussian * curves.power(|lane| nodes[lane].record);
         }

@@ -66,9 +66,9 @@ pub struct AlbedoLayout {
     pub cells: u32,
     /// Number of planes of wavelength, at least two. In a [`ColourAlbedoTable`] the number of bands.
     pub planes: u32,
-    /// Wavelength of the first plane in nm; zero in a [`ColourAlbedoTable`] and for several sizes.
+    /// Wavelength of the first plane in nm; not read in a [`ColourAlbedoTable`] and for several sizes.
     pub wavelength_min_nm: f32,
-    /// Planes per nm of wavelength; zero in a [`ColourAlbedoTable`] and for several sizes.
+    /// Planes per nm of wavelength; not read in a [`ColourAlbedoTable`] and for several sizes.
     pub planes_per_nm: f32,
     /// Planes and slabs of a table for several relative sizes, whose planes are not uniform in wavelength.
     pub sizes: Option<SizeAxes>,

@@ -33,7 +33,7 @@ const CUT_SIGMAS: f64 = 5.0;
 /// `1/cosθo` then has an error of 0.1 %.
 const ONE_NODE_SIGMAS: f64 = 40.0;
 /// Smallest `cos²θo/σ`, with θo of the centre, at which three quadrature nodes per axis stand for a Gaussian, and one
-/// for a merged Gaussian. Three give the mean of `1/cos³θo` to 1e-4; one gives the mean of `1/cosθo` to 0.6 %.
+/// for a merged Gaussian. Three give the mean of `1/cosθo` to 1e-5, one to 0.6 %.
 const THREE_NODES_SIGMAS: f64 = 16.0;
 /// Largest change of the relief's phase over a panel of 16 quadrature nodes, in radians: about five periods. Chosen:
 /// wider panels sample fringes too coarsely; narrower ones take longer.
@@ -68,8 +68,7 @@ pub(super) struct Incidence {
     pub resolved: [[f64; 2]; 2],
     /// Change of the relief's phase, in radians from its lowest point to its highest, per unit of cosθo.
     pub phase: f64,
-    /// Whether Gaussians that extend beyond `resolved` are integrated exactly up to it. Otherwise quadrature nodes
-    /// beyond are dropped.
+    /// Whether panels end exactly at the limits of `resolved`. Otherwise their quadrature nodes beyond are dropped.
     pub exact_cut: bool,
     /// Ridge onto which narrow orders near the horizon are moved; `None` leaves them in place.
     pub ridge: Option<Ridge>,

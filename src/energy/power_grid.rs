@@ -50,9 +50,10 @@ impl PowerGrid {
         let axes = [&table.lattice().x, &table.lattice().y];
         let nodes_per_f = axes.map(|axis| 1.0 / (SPACING_SIGMAS * axis.sigma_per_um()));
         let reach = [0, 1].map(|c| {
-            let known_f = (axes[c].cutoff / axes[c].period_um).min(FREQUENCY_MAX_PER_UM);
+            // Largest frequency of the table in cycles/µm.
+            let f_max = (axes[c].cutoff / axes[c].period_um).min(FREQUENCY_MAX_PER_UM);
             // The cubic interpolation reads up to two nodes beyond.
-            (known_f * nodes_per_f[c]).ceil() as usize + 2
+            (f_max * nodes_per_f[c]).ceil() as usize + 2
         });
         let steps_per_kappa = (STEPS_PER_KNOT / table.kappa_step()).max(STEPS_MIN / table.kappa_max());
         // Steps from 0 to the first at or above the largest κ, and one more that linear interpolation may read.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
-/// Incident angle in degrees below which the largest albedo is reported. Chosen: beyond it every surface has large
+/// Incident angle in degrees below which the largest albedo is reported. Chosen: beyond it most surfaces have large
 /// albedos, by the pole at the horizon.
 const LARGEST_BELOW_DEG: f64 = 85.0;
 
@@ -54,13 +54,13 @@ impl Sums {
 }
 
 impl AlbedoReport {
-    /// Integrates the albedo at every other node of the table's grid and every other plane. The largest albedo is that
-    /// of a node.
+    /// Integrates the albedo at every other node of the table's grid, and at uniform wavelengths, one for every other
+    /// plane of the table.
     pub(super) fn new(integral: &AlbedoIntegral, table: &AlbedoTable, progress: &Progress) -> Self {
         let view = AlbedoView::<Lanes> { layout: table.layout, words: &table.words };
         let grid = Grid { cells: table.layout.cells / 2 };
         let planes = table.layout.planes as usize / 2 + 1;
-        let plane_nm = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / (planes - 1) as f64;
+        let spacing_nm = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / (planes - 1) as f64;
         let is_mirrored = integral.is_mirrored();
         let steps = progress.of_steps(planes * grid.in_plane());
         let sums_at = |i: usize| {
@@ -78,7 +78,7 @@ impl AlbedoReport {
             if count == 0.0 || radius >= 1.0 {
                 return Sums::default();
             }
-            let nm = WAVELENGTH_MIN_NM + plane as f64 * plane_nm;
+            let nm = WAVELENGTH_MIN_NM + plane as f64 * spacing_nm;
             let (place, reading) = (view.place(wi.map(Real4::lit)), Reading::at(Real4::lit(nm)));
             let (mut before, mut after) = (Real4::lit(0.0), Real4::lit(0.0));
             integral.visit::<Lanes>(wi, nm, None, |wo, part| {

@@ -34,15 +34,15 @@ impl SizeAxes {
     /// cosθo`, at the shortest wavelength. `slab_phase` is the largest change of this phase between two slabs.
     pub(super) fn covering(sizes: &SizeRange, planes: u32, phase_max: f64, slab_phase: f64) -> (u32, Self) {
         let shortest_nm = WAVELENGTH_MIN_NM / sizes.scale[1];
-        // In proportion to the octaves of λ', and odd, so that every other plane belongs to the coarse grid of the
-        // build. `sizes.octaves()` has the tables' range of wavelengths as its unit, `range_octaves` factors of 2.
-        let planes = 2 * (0.5 * f64::from(planes - 1) * sizes.octaves()).ceil() as u32 + 1;
-        let range_octaves = sizes.octaves() * (WAVELENGTH_MAX_NM / WAVELENGTH_MIN_NM).log2();
+        // In proportion to the range of log λ', and odd, so that every other plane belongs to the coarse grid of the
+        // build.
+        let planes = 2 * (0.5 * f64::from(planes - 1) * sizes.wavelength_ranges()).ceil() as u32 + 1;
+        let octaves = sizes.wavelength_ranges() * (WAVELENGTH_MAX_NM / WAVELENGTH_MIN_NM).log2();
         let wavenumbers = sizes.wavenumbers();
         let slabs = sizes.slabs(phase_max, slab_phase);
         let axes = Self {
             log_wavelength_min: shortest_nm.log2() as f32,
-            planes_per_octave: (f64::from(planes - 1) / range_octaves) as f32,
+            planes_per_octave: (f64::from(planes - 1) / octaves) as f32,
             slabs,
             wavenumber_min: wavenumbers[0] as f32,
             slabs_per_wavenumber: (f64::from(slabs - 1) / (wavenumbers[1] - wavenumbers[0])) as f32,
@@ -100,6 +100,8 @@ pub(super) fn build(
         words.extend(AlbedoTable::slab(integral, layout, &group, &progress.part(done(slab), done(slab + 1))));
     }
     let table = AlbedoTable { layout, words };
+    // The report is for the relief's own size.
+    integral.scale_widths(1.0 / sizes.scale[0]);
     integral.set_depth_wavelength(None);
     let report = AlbedoReport::new(integral, &table, &progress.part(NODES_DONE, 1.0));
     (table, report)

@@ -31,7 +31,7 @@ const FEW: usize = 100;
 /// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few Gaussians; many have
 /// [`SMALLEST_SIZE`]. Chosen: more planes leave smaller errors between nodes, and take longer and more memory.
 const CELLS_AND_PLANES_OF_FEW: (u32, u32) = (NARROW_CELLS_MIN, 11);
-/// Relative margin of the divisor for errors of interpolation. Chosen: a larger margin darkens; a smaller one leaves
+/// Margin of the divisor for errors of interpolation. Chosen: a larger margin darkens; a smaller one leaves
 /// albedos above one between nodes.
 const MARGIN: f64 = 0.005;
 /// Excess of the divisor over one from which it gets the whole margin. Smaller ones get a proportional part. Chosen.

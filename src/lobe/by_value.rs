@@ -77,8 +77,8 @@ pub(crate) fn sample<'a>(
 /// A direction from three random numbers in [0, 1). `None` where it falls below the horizon, where the lobe does not
 /// accept `wi`, and without a wavelength.
 ///
-/// On the side that the first number chooses ([`Sides::choose`]), it selects the uniform part of the lobe's mixture
-/// below [`UNIFORM_FRACTION`]. Above, it selects one of the wavelengths with equal probabilities.
+/// The first number chooses the side ([`Sides::choose`](super::Sides::choose)). Then it selects the uniform part of the
+/// lobe's mixture below [`UNIFORM_FRACTION`], and above it one of the wavelengths with equal probabilities.
 pub(crate) fn sample_direction<'a>(
     lobe: &impl PerWavelength<Double<'a>>,
     wi: Vec3,

@@ -68,7 +68,7 @@ pub(super) fn band_excess<N: Numbers>(
     active: N::Mask,
 ) -> [N::Real; 3] {
     let lit = N::Real::lit;
-    // Quadrature over wavelengths. `false` is for the coherence window, which albedos do not read.
+    // Quadrature over wavelengths. Albedos are read without the coherence window, so `keeps_window` is false.
     let at_nodes = BAND_NODES_NM.map(|nm| albedo.excess(place, &Reading::resized(lit(nm), size, false), active));
     BAND_NODE_WEIGHTS.map(|weights| {
         (0..BAND_NODES).fold(lit(0.0), |sum, node| at_nodes[node].fma(lit(weights[node]), sum)).max(lit(0.0))

@@ -123,7 +123,7 @@ impl ColourSurface {
             Albedos::build(field, options, &spectral, &albedo_progress)?;
         // Frees the memory before the sampler is built.
         drop(spectral);
-        // Only resized reliefs need the correction. Only an index that varies over wavelengths has a ratio besides 1.
+        // Only resized reliefs need the correction. Only an index that varies over wavelengths has a ratio unlike 1.
         let band_ratio = match (index, options.sizes) {
             (Some(SpectralIndex::Sampled(_)), Some(_)) => Some(BandRatio::new(&BandRatio::band_weights()?, ratio)),
             _ => None,

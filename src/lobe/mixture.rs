@@ -9,9 +9,8 @@ use crate::numeric::math::{SQUARE_PDF, square_to_hemisphere};
 use crate::numeric::{Number, Numbers, Real};
 use std::array;
 
-/// Fraction of samples drawn uniformly over the hemisphere ([`square_to_hemisphere`]). They bound the sample weight
-/// where the lobe's own density is far below the reflectance. Chosen: larger fractions lower the bound, but waste more
-/// samples.
+/// Fraction of samples drawn uniformly over the hemisphere ([`square_to_hemisphere`]). Chosen: larger fractions lower
+/// the bound of sample weights, but waste more samples.
 pub const UNIFORM_FRACTION: f64 = 0.02;
 
 /// Density of the mixture in 1/sr, from the lobe's own density at each of the `L` wavelengths carried. Zero where the

@@ -87,7 +87,8 @@ pub trait Lobe<N: Numbers, C: Copy> {
     }
 
     /// A direction `wo` from three random numbers in [0, 1); the zero vector where the draw falls below the horizon.
-    /// The first number chooses the uniform part of the density or a wavelength and, for gratings, the order.
+    /// The first number chooses the side of a transparent body, the uniform part of the density or a wavelength, and
+    /// the order of a grating.
     fn sample(&self, wi: [N::Real; 3], carried: C, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 

@@ -130,7 +130,7 @@ pub(crate) fn colour_at_body<N: Numbers>(
     let RelativeSize { scale, depth } = size.unwrap_or(RelativeSize { scale: one, depth: one });
     let [u, v] = directions.pair.tangential().map(|k| N::narrow(k) * scale);
     let colour = table.relief_rgb(u, v, directions.pair.normal() * depth, active);
-    // A resized relief reads s² F(s u, s v, d w), with its scale s and its depth d (colour_lobe.rs).
+    // With the scale s and the depth d of a resized relief, the colour is s² times that at (s u, s v, d w).
     let factor = directions.pair.factor() * scale * scale;
     let per_albedo = match albedo {
         Some(albedo) => {

@@ -27,7 +27,7 @@ use super::{
     MethodError, MethodOptions, MethodShader, Relief, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM, is_query, visible_um,
 };
 use crate::height_field::HeightField;
-use crate::sampling::TYPICAL_WAVELENGTH_UM;
+use crate::scattering::TYPICAL_WAVELENGTH_UM;
 use crate::table::Progress;
 use crate::wgsl;
 use bytemuck::{Pod, Zeroable};

@@ -29,7 +29,7 @@ pub mod summed_area;
 
 pub(crate) use crate::numeric::math::BELOW_ONE;
 use crate::numeric::{Number, Numbers, Plain, Real};
-use crate::scattering::{Options, Passage, Reading};
+use crate::scattering::{Options, Passage, Reading, TYPICAL_WAVELENGTH_UM};
 use crate::table::{NodeCurve, NodeQuantity, SpectralTable};
 pub use colour::{ColourSampler, ColourSamplerLayout, ColourSamplerView};
 pub use orders::{OrdersAxis, OrdersLayout};
@@ -47,8 +47,6 @@ const GRATING_ORDERS_MAX: f64 = 160.0;
 /// Smaller than [`GRATING_ORDERS_MAX`], because sample weights of crossed gratings have a relative standard deviation
 /// of only 0.66 with a square.
 const CROSSED_ORDERS_MAX: f64 = 40.0;
-/// Wavelength in µm that stands for the visible range, in whose middle it lies. Propagating orders are counted at it.
-pub(crate) const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
 
 /// The sampler of one surface at single wavelengths: a layout and its table data.
 ///

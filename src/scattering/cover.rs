@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! n          refractive index of the cover
-//! x, x'      tangential part of a direction outside and inside: x' = x/n (Snell's law)
+//! x, x'      tangential part of a direction outside and inside (wi and wi'): x' = x/n (Snell's law)
 //! T(θ)       Fresnel transmittance of the cover's flat side
 //! f_out      T(θi)·T(θo)/n² · f_in(wi', wo', λ/n)     reflectance outside, from that inside the cover
 //! ```

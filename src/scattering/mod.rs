@@ -46,6 +46,6 @@ pub(crate) use size::{SLAB_PHASE, SLAB_PHASE_OF_RIDGES};
 pub(crate) use small_slope::SINES_MIN;
 pub(crate) use small_slope::small_slope;
 pub use small_slope::{Amplitudes, small_slope_amplitudes};
-pub(crate) use transparent::{BodyWave, TYPICAL_WAVELENGTH_UM, TransparentPair};
+pub(crate) use transparent::{BodyWave, TransparentPair};
 pub use transparent::{Transmission, TransparentBody};
-pub(crate) use vector::Scattering;
+pub(crate) use vector::{Scattering, TYPICAL_WAVELENGTH_UM};

@@ -3,7 +3,9 @@
 //!
 //! ```text
 //! s, d       size of the pattern and of its heights, relative to the relief of the tables
-//! S_sd(f; κ) = s² S(s f; d κ)           power spectrum of the resized relief, from that of the tables
+//! (u, v, w)  scattering vector wi + wo
+//! S(f; κ)    power spectrum of the relief of the tables, at the frequency f and the phase rate κ
+//! S_sd(f; κ) = s² S(s f; d κ)           power spectrum of the resized relief
 //! λ' = λ/s,  λ" = λ/d                   wavelengths that go with f and with κ
 //! S_sd/λ²    = S((u, v)/λ'; 2πw/λ")/λ'²
 //! ```
@@ -18,8 +20,8 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
-/// Accepted relative sizes, of patterns and of heights. Larger reliefs are given as such, so that the tables cover
-/// every size. Smaller ones are flat mirrors.
+/// Accepted relative sizes, of patterns and of heights. The tables are those of a surface's largest relief, of size 1.
+/// A relief of the smallest size is a flat mirror.
 pub const RELATIVE_SIZE: RangeInclusive<f64> = 1e-3..=1.0;
 
 /// Size of a relief relative to that of its tables.
@@ -52,8 +54,8 @@ pub(crate) const SLAB_PHASE: f64 = 3.0;
 pub(crate) const SLAB_PHASE_OF_RIDGES: f64 = 0.5;
 
 impl SizeRange {
-    /// Number of octaves of λ', relative to the number of octaves of the tables' wavelengths.
-    pub(crate) fn octaves(&self) -> f64 {
+    /// Range of log λ' as a multiple of that of the tables' wavelengths.
+    pub(crate) fn wavelength_ranges(&self) -> f64 {
         let own = (WAVELENGTH_MAX_NM / WAVELENGTH_MIN_NM).log2();
         1.0 + (self.scale[1] / self.scale[0]).log2() / own
     }
@@ -74,12 +76,12 @@ impl SizeRange {
         (phase / slab_phase).ceil().max(1.0) as u32 + 1
     }
 
-    /// Upper bound of the work to build an albedo table for this range, relative to that for one size. `range_um` is
-    /// the relief's range of heights. The albedo of a grating has ridges, which need more slabs.
+    /// Estimated work to build an albedo table for this range, relative to that for one size. `range_um` is the
+    /// relief's range of heights. The albedo of a grating has ridges, which need more slabs.
     pub(crate) fn energy_factor(&self, range_um: f64, is_grating: bool) -> f64 {
         let phase_max = TAU * range_um / (1e-3 * WAVELENGTH_MIN_NM);
         let slab_phase = if is_grating { SLAB_PHASE_OF_RIDGES } else { SLAB_PHASE };
-        self.octaves() * f64::from(self.slabs(phase_max, slab_phase))
+        self.wavelength_ranges() * f64::from(self.slabs(phase_max, slab_phase))
     }
 
     /// A range that contains this one and has its ends at powers of √2, so that tables of similar ranges are shared.
@@ -130,6 +132,15 @@ impl<N: Numbers> Reading<N> {
     #[inline(always)]
     pub(crate) fn for_kappa_nm(&self) -> N::Real {
         self.depth_wavelength_nm.unwrap_or(self.wavelength_nm)
+    }
+
+    /// Frequency `f = (u, v)/λ'` in cycles/µm and phase rate `κ = 2πw/λ"` in rad/µm of a look-up, from the tangential
+    /// part (u, v) and the normal part w of a scattering vector.
+    #[inline(always)]
+    pub(crate) fn arguments(&self, tangential: [N::Double; 2], normal: N::Real) -> ([N::Double; 2], N::Real) {
+        let depth_um = self.for_kappa_nm() * N::Real::lit(1e-3);
+        let wavenumber = N::Double::lit(1e3) / N::widen(self.wavelength_nm);
+        (tangential.map(|q| q * wavenumber), normal * N::Real::lit(TAU) / depth_um)
     }
 
     /// `width`, a quantity proportional to the widths of orders, times the factor [`Reading::window`].

@@ -38,18 +38,15 @@
 //! code are therefore in units of the wave number in the medium ("over n"), and no longer than 1.
 
 use super::small_slope::SINES_MIN;
-use super::{COSINE_MIN, Reading, Vec3};
+use super::{COSINE_MIN, Reading, TYPICAL_WAVELENGTH_UM, Vec3};
 use crate::numeric::{Number, Numbers, Plain, Real};
 use crate::table::CoherenceWindow;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 
 /// Smallest |w| in units of the wave number in vacuum, for any coherence length. The phase of a relief 1 µm high is
 /// then at most 0.02 rad, where S is proportional to w² with a relative error of 1e-4. Chosen: larger values change
 /// more pairs of directions; with smaller ones 1/w² amplifies the rounding errors of S.
 const NORMAL_MIN: f64 = 1e-3;
-/// Wavelength in µm at which widths of orders are taken: the middle of the visible range.
-pub(crate) const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
 
 /// Fate of the light that passes through the relief.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -192,17 +189,17 @@ impl TransparentBody {
             true => refracted.map(|transmittance| N::Real::select(is_below, transmittance, one)),
             false => [one; 2],
         };
-        // Length of K: index of the medium in which the direction is given.
-        let length_of_k = N::Real::select(is_inside, lit(self.eta), one);
-        let [x, y] = [w[0] * length_of_k, w[1] * length_of_k];
-        // This length over n.
-        let over_n = N::Double::select(is_inside, N::Double::lit(1.0), N::Double::lit(1.0 / self.eta));
+        // Index of the medium in which the direction is given, air below a film. The tangential part of K is this index
+        // times that of the direction.
+        let index = N::Real::select(is_inside, lit(self.eta), one);
+        let [x, y] = [w[0] * index, w[1] * index];
+        let index_over_n = N::Double::select(is_inside, N::Double::lit(1.0), N::Double::lit(1.0 / self.eta));
         BodyWave {
             is_below,
-            tangential: [N::widen(w[0]) * over_n, N::widen(w[1]) * over_n],
+            tangential: [N::widen(w[0]) * index_over_n, N::widen(w[1]) * index_over_n],
             normal: N::Real::select(is_below, cn, c1) * lit(1.0 / self.eta),
             other_normal: N::Real::select(is_below, c1, cn) * lit(1.0 / self.eta),
-            eta_squared: length_of_k * length_of_k,
+            eta_squared: index * index,
             length: x.fma(x, y * y).sqrt(),
             v: [
                 N::Real::select(is_below, c1 * lit(self.eta), cn),
@@ -333,13 +330,10 @@ impl<N: Numbers> TransparentPair<N> {
         self.normal
     }
 
-    /// Frequency in cycles/µm and phase rate κ in rad/µm of a look-up in tables of the magnified relief. `reading` has
-    /// one wavelength for the frequency and one for κ, which differ for a resized relief (`size.rs`).
+    /// [`Reading::arguments`] of this scattering vector in tables of the magnified relief.
     #[inline(always)]
     pub(crate) fn at(&self, reading: &Reading<N>) -> ([N::Double; 2], N::Real) {
-        let wavenumber = N::Double::lit(1e3) / N::widen(reading.wavelength_nm);
-        let depth_um = reading.for_kappa_nm() * N::Real::lit(1e-3);
-        (self.tangential.map(|q| q * wavenumber), self.normal * N::Real::lit(TAU) / depth_um)
+        reading.arguments(self.tangential, self.normal)
     }
 }
 

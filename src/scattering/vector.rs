@@ -5,7 +5,10 @@
 
 use super::{ComplexIndex, Obliquity, Reading, angular_factor, floored_cosines, fresnel_of_family, small_slope};
 use crate::numeric::{Numbers, Real};
-use std::f64::consts::TAU;
+
+/// Wavelength in µm that stands for the visible range, in whose middle it lies. Numbers and widths of orders are
+/// taken at it.
+pub(crate) const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
 
 /// Scattering vector `q` of a pair of directions, with the factors that depend on directions only.
 pub(crate) struct Scattering<N: Numbers> {
@@ -36,13 +39,10 @@ impl<N: Numbers> Scattering<N> {
         }
     }
 
-    /// Frequency `f = (u, v)/λ'` in cycles/µm and phase rate `κ = 2πw/λ"` in rad/µm of a look-up. λ' and λ" are λ at
-    /// the tables' own size (`size.rs`).
+    /// [`Reading::arguments`] of this scattering vector.
     #[inline(always)]
     pub(crate) fn at(&self, reading: &Reading<N>) -> ([N::Double; 2], N::Real) {
-        let depth_um = reading.for_kappa_nm() * N::Real::lit(1e-3);
-        let wavenumber = N::Double::lit(1e3) / N::widen(reading.wavelength_nm);
-        (self.tangential.map(|q| q * wavenumber), self.normal * N::Real::lit(TAU) / depth_um)
+        reading.arguments(self.tangential, self.normal)
     }
 
     /// `|q|²`, at most 4 up to rounding.

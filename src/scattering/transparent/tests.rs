@@ -5,6 +5,7 @@ use super::super::perturbation::first_order;
 use super::super::{ComplexIndex, Obliquity, Pair, fresnel_unpolarised};
 use super::*;
 use crate::height_field::random::Random;
+use std::f64::consts::TAU;
 use sunbeam_fourier::num_complex::Complex64;
 
 type Double = Plain<'static, f64>;
