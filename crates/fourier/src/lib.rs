@@ -130,9 +130,9 @@ impl<T: Precision> Fft2<T> {
     }
 }
 
-/// Number of rows or columns that one rayon task transforms, and side of a tile of [`transpose`] in elements. It was
-/// chosen for the cache: 16 complex numbers in double precision fill four lines of 64 bytes, and a tile takes 4 KiB.
-/// Larger values use more of each line that neighbouring columns share; smaller ones balance threads better.
+/// Number of rows or columns that one rayon task transforms, and side of a tile of [`transpose`] in elements. 16
+/// complex numbers in double precision fill four cache lines of 64 bytes, and a tile takes 4 KiB. With larger values
+/// fewer cache lines are read twice; smaller ones balance threads better.
 const LINES_PER_TASK: usize = 16;
 
 /// Bin of a transform of `n` points that becomes bin `i` among the `kept` bins nearest to frequency zero (both in FFT

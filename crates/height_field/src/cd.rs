@@ -1,8 +1,8 @@
 //! Preset `cd`: tracks of pits of random length.
 //!
 //! A pit or a land between two pits is a *run* of 3 T to 11 T, as in the eight-to-fourteen modulation of IEC 60908.
-//! T is the length of one channel bit. Tracks run along y. In functions, lengths are in µm. Rounding is
-//! by `libm` rather than the platform's library, so that the tile is identical on every machine (`random.rs`).
+//! T is the length of one channel bit. Tracks run along y. Lengths without another unit are in µm. Rounding is by
+//! `libm` rather than the platform's library, so that the tile is identical on every machine (`random.rs`).
 
 use super::preset::PIXELS;
 use super::random::{Random, smooth_step};

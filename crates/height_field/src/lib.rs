@@ -16,9 +16,8 @@
 //! ```
 //!
 //! Single 2014 is M. Single's thesis, *An Interactive Shader for Natural Diffraction Gratings* (Bern, 2014). The
-//! presets of snake skins are modelled on its scans. Skins have rows of finger-like ridges. In their presets, the
-//! period that Single 2014 measures lies along x. For *Elaphe* the period lies across these fingers, so its preset is
-//! rotated by +90° against the published picture, whose fingers lie along x.
+//! presets of snake skins are modelled on its scans, with the period that it measures along x. Therefore the skin of
+//! *Elaphe* is rotated by +90° against the published picture.
 
 mod cd;
 mod crop;
@@ -31,7 +30,7 @@ mod holes;
 mod isolated;
 mod level;
 mod preset;
-// Public for benchmarks: their directions are then the same on every machine.
+// Public for benchmarks, which draw directions that are the same on every machine.
 #[doc(hidden)]
 pub mod random;
 mod roughness;

@@ -1,7 +1,7 @@
 //! Presets `flat`, `blazed`, `sinusoidal` and `lamellar` by closed forms.
 //!
-//! A grating is one period of pixels along x by one row, which is as high as the period, so that the tile is square.
-//! `fraction` is x/period in (0, 1), at the centre of a pixel.
+//! A grating is one period of pixels along x by one row. The pixel size along y is the period, so that the tile is
+//! square. `fraction` is x/period in (0, 1), at the centre of a pixel.
 
 use super::preset::PIXELS;
 use super::{HeightField, HeightFieldError};

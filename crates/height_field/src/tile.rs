@@ -15,9 +15,9 @@ use std::f64::consts::PI;
 /// Fraction of each axis that is blended if no width is given. A wider strip changes more of the relief; a narrower one
 /// makes steeper transitions.
 const BLEND_FRACTION: f64 = 0.1;
-/// Smallest number of periods on an axis with which the search for matching edges covers a whole period: it shortens
-/// the longest length, the axis without the strip, by up to a third. The strip is at most a third of the axis. A
-/// smaller number may cut off more of the scan; a larger one finds fewer whole periods.
+/// Number of periods on an axis from which the search for matching edges covers a whole period. The longest length is
+/// the axis without the strip; the search shortens it by up to 1/`PERIODS_MIN`. The strip is at most the same
+/// fraction of the axis. A smaller number may cut off more of the scan; a larger one finds fewer whole periods.
 const PERIODS_MIN: usize = 3;
 /// Tolerance on the mismatch, as a fraction of the largest mismatch. Lengths whose mismatch exceeds the least by at
 /// most this tolerance are accepted, and the search starts from the longest of them. A larger tolerance keeps more

@@ -14,7 +14,7 @@ use rand_pcg::Pcg64;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::{Duration, Instant};
-use sunbeam::height_field::{FileScale, Fill, HeightField, Level, ReadOptions};
+use sunbeam::height_field::{FileScale, Fill, HeightField, Level, MAX_LENGTH_UM, ReadOptions};
 use sunbeam::lobe::Surface;
 use sunbeam::scattering::Options;
 use sunbeam::table::{Model, Tiling};
@@ -28,15 +28,12 @@ const SEED: u64 = 20_261;
 const MUTATIONS: usize = 2000;
 /// Largest allocation for a file of a few kilobytes. Packed formats may hold some thousand times their size.
 const MEMORY_MAX: usize = 96 << 20;
-/// Longest time for a file on a busy machine; usual are microseconds.
+/// Longest time for a file on a busy machine; most take microseconds.
 const TIME_MAX: Duration = Duration::from_secs(5);
 /// Surfaces built for each format.
 const BUILT: usize = 5;
-/// Most pixels of a built surface.
+/// Largest number of pixels of a built surface.
 const BUILT_PIXELS: usize = 64;
-
-/// Largest pixel and range of heights that all interfaces accept, in µm.
-const SIZE_MAX_UM: f64 = 1e3;
 
 /// Numbers that replace those of text headers.
 const WORDS: [&str; 14] = [
@@ -215,7 +212,7 @@ fn read(path: &Path, number: usize) -> Outcome {
     }
 }
 
-/// Levels the field as a file's, and returns it with options if the estimate allows a build.
+/// Levels the field as a scan, and returns it with options if the estimate allows a build.
 fn estimated(field: &HeightField, number: usize) -> Option<(HeightField, Options)> {
     let model = if number % 2 == 0 { Model::Ensemble } else { Model::Patch };
     let tiling = if number % 3 == 0 { Tiling::Periodic } else { Tiling::Aperiodic };
@@ -227,12 +224,12 @@ fn estimated(field: &HeightField, number: usize) -> Option<(HeightField, Options
         tolerance: 0.1,
         ..Options::default()
     };
-    // Before its size is judged too: other callers than the configuration do not ask for that.
+    // Fields of any size are estimated, since only the configuration checks sizes first.
     let checked = options.demand(field).check(1.0);
     if let Err(error) = &checked {
         assert!(!error.to_string().contains('\n'), "one line: {error}");
     }
-    field.check_size(SIZE_MAX_UM).ok()?;
+    field.check_size(MAX_LENGTH_UM).ok()?;
     let levelled = field.levelled(Level::Plane);
     assert!(levelled.heights_um().iter().all(|h| h.is_finite()));
     options.demand(&levelled).check(1.0).ok()?;
@@ -289,7 +286,7 @@ fn mutated_files_are_read_or_refused() {
              {longest:?} and {:.2} MB",
             largest as f64 / 1e6
         );
-        // Damage to heights alone leaves a file of its format, so a format of which nothing is read was not tried.
+        // Damage to heights alone leaves a readable file, so some must be accepted.
         assert!(accepted > MUTATIONS / 200 && built > 0, "{extension}: {accepted} accepted, {built} built");
     }
 }

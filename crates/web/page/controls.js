@@ -10,7 +10,7 @@ import { byId, page } from "./state.js";
 import { orderPicture } from "./view.js";
 import { showMessage, showProgress } from "./words.js";
 
-/** Smallest size that the library accepts for the pattern and the heights, relative to the relief. Sliders go to 0. */
+/** Smallest size that the library accepts for the pattern and the heights, relative to the relief: a depth of 0 %. */
 const SIZE_MIN = 1e-3;
 
 /** Adds the listeners of all controls. */

@@ -1,12 +1,12 @@
 //! Evaluates a realtime method's BRDF `f_r` on the CPU: for BRDF maps and single directions, also without a GPU.
 //!
-//! The answer of a method is either the whole `f_r` ([`AnswerKind::Reflectance`], [`AnswerKind::Film`]), or only the
-//! relief's part ([`AnswerKind::Relief`]). The relief's part is completed by two factors:
+//! An *answer* is the value that a method computes for a pair of directions: the whole `f_r`
+//! ([`AnswerKind::Reflectance`], [`AnswerKind::Film`]) or the relief's part ([`AnswerKind::Relief`]). Two factors
+//! complete the relief's part:
 //!
 //! `f_r` = interface · angular factor · relief's part
 //!
-//! An answer is the value that a method computes for a pair of directions. The interface factor ([`Pair::interface`])
-//! is Fresnel's reflectance or the small-slope factor. The angular factor
+//! The interface factor ([`Pair::interface`]) is Fresnel's reflectance or the small-slope factor. The angular factor
 //! ([`Options::angular_factor`]) has the obliquity and shadowing. Under a cover all are taken between the directions
 //! inside, and multiplied by the cover's factor ([`Inside`]).
 

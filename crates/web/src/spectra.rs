@@ -1,5 +1,5 @@
-//! Evaluates the BRDF `f_r` by wavelength on the CPU, for the page's plot of a spectrum. The factors of `f_r` are those
-//! of `reflectance.rs`, at each wavelength.
+//! Evaluates the BRDF `f_r` by wavelength on the CPU, for the page's plot of a spectrum. A source computes a *value*,
+//! part of `f_r`; the factors that complete it are those of `reflectance.rs`.
 
 use crate::error::WebError;
 use crate::reflectance::single;

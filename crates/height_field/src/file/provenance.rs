@@ -14,7 +14,7 @@ pub enum Source {
     Option,
     /// The documented default, where neither file nor option gives the property.
     Default,
-    /// Inferred from the values.
+    /// Inferred: isolated numbers from the values, square pixels from a single length.
     Guess,
 }
 

@@ -80,7 +80,7 @@ impl Header {
 
     /// Contents from the stored numbers.
     fn raw(self, stored: Vec<f64>) -> Parsed {
-        // The unit of a stored number of 1, such as `1e-9 m`.
+        // The height of a stored number of 1.
         let unit = format!("{} m", self.z_m);
         let meaning = Meaning::in_unit(&unit, self.z_m * UM_PER_M);
         let heights = stored.iter().map(|&value| if self.is_missing(value) { f64::NAN } else { value });

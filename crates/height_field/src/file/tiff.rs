@@ -122,14 +122,13 @@ fn go_to_page(pages: &mut Pages, channel_option: Option<&str>) -> Result<Option<
             return Ok(Some(current.to_string()));
         }
         if !pages.more_images() {
-            // The page does not exist, so `choose` fails. Its message lists all pages.
+            // The page does not exist: `choose` fails with a list of all pages. It accepts only a blank option, which
+            // equals the empty titles; `next_image` then fails.
             let (title, unit, kind) = (String::new(), "page".to_owned(), ValueKind::Lengths);
             let page_channel = |number| Channel { number, title: title.clone(), unit: unit.clone(), kind };
             let listed: Vec<Channel> = (0..=current).map(page_channel).collect();
             channel::choose(&listed, Some(wanted))?;
         }
-        // After the last page this fails. It is reached there only with a blank option, which `choose` accepts, since
-        // it equals the empty titles.
         pages.next_image().map_err(|error| error.to_string())?;
     }
     Err(format!("`channel` is \"{wanted}\"; the first {PAGES_MAX} pages are counted"))

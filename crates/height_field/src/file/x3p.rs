@@ -69,8 +69,9 @@ fn unpack(archive: &mut Archive, name: &str, expected: Option<usize>) -> Result<
         return Err(format!("{name} claims {size} bytes out of {} packed ones", file.compressed_size()));
     }
     let mut bytes = Vec::new();
-    file.take(size).read_to_end(&mut bytes).map_err(|error| format!("{name}: {error}"))?;
-    if bytes.len() as u64 == size { Ok(bytes) } else { Err(format!("{name} ends early")) }
+    // One byte more, since the CRC is verified where reading meets the end.
+    file.take(size.saturating_add(1)).read_to_end(&mut bytes).map_err(|error| format!("{name}: {error}"))?;
+    if bytes.len() as u64 == size { Ok(bytes) } else { Err(format!("{name} does not have the {size} bytes it claims")) }
 }
 
 /// Descendant of `from` by a path of element names in any namespace; at each level the first child of the name.

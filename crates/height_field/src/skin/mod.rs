@@ -15,15 +15,15 @@
 //! One skin is built in this order:
 //!
 //! 1. The lattice of layers and fingers.
-//! 2. The height of every pixel from the fingers near it.
+//! 2. The height of every pixel: the ground, mixed with the fingers near it by their *opacity*, 1 inside a finger and 0
+//!    outside.
 //! 3. Gaussian granules: bumps, and holes of negative height.
 //! 4. A slow undulation and noise.
 //! 5. A stretch to the published range of heights.
 //!
 //! Coordinates are *warped*: smooth periodic displacements are added to them, so that orientation and period vary over
-//! the tile.
-//! Every finger has its own position, length, width and height. `elaphe.rs` and `xenopeltis.rs` hold the shapes; this
-//! file has what they share.
+//! the tile. Every finger has its own position, length, width and height. `elaphe.rs` and `xenopeltis.rs` hold the
+//! shapes; this file has what they share.
 
 mod elaphe;
 mod regions;
@@ -61,7 +61,7 @@ struct FingerShape {
     lean: f64,
     /// Width of a finger's flanks, in finger periods. A flank is the edge at which the opacity falls from 1 to 0.
     flank: f64,
-    /// Position along a layer beyond which no finger is drawn, in layer periods, at most 2.
+    /// Position along a layer beyond which no finger is drawn, in layer periods; at most 2, the end of the next layer.
     reach: f64,
     /// Half the width of a finger at `t`, in finger periods, between the middles of its two flanks.
     half_width: fn(t: f64, finger: &Finger) -> f64,
@@ -153,8 +153,8 @@ impl Lattice {
         })
     }
 
-    /// Height in µm at a position: that of the ground, covered by the fingers of the layer, and both of them covered by
-    /// the tips of the previous layer.
+    /// Height in µm at a position: that of the ground, covered by the fingers of its layer, and both by the tips of the
+    /// previous layer.
     fn covered_um(&self, ground_um: f64, position: &Position, shape: &FingerShape) -> f64 {
         let mut height_um = ground_um;
         for (layer, t) in [(position.layer, position.t), (position.layer - 1, position.t + 1.0)] {

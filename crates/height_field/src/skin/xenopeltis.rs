@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 const SEED: u64 = 0x5e40_9e17_0001;
 /// Layers on the tile; 42 periods make a tile of 65.2 µm.
 const LAYERS: usize = 42;
-/// Fingers in a layer, 0.621 µm apart; the warp varies the distance by ±6 % over the tile.
+/// Fingers in a layer, 0.621 µm apart; the warp varies the distance by −4 % to +3 % over the tile.
 const FINGERS: usize = 105;
 /// Distance between layers in µm: the period that Single 2014 derives from peak angles, 1552.27 nm. The preset cannot
 /// confirm this number, since it is built from it.

@@ -30,7 +30,7 @@ impl Settings {
         if method.conserve_energy != Some(true) {
             // Without energy conservation the method's data do not depend on these fields. The shader applies them.
             (method.obliquity, method.shadowing) = (ObliquityChoice::default(), false);
-            // The tables of a film are those of the relief magnified by its index. Other tables have none.
+            // The tables of a film are those of the relief magnified by its index. Other tables depend on no index.
             (method.eta, method.k) = (method.body().map(|body| body.eta), None);
         }
         Keys {

@@ -162,7 +162,7 @@ pub fn make_scene(json: &str, is_draft: bool, listener: &JsValue) -> Result<Vec<
     let settings = read(json)?;
     let (progress, _listening) = progress(listener);
     let (mesh, pigment) = if is_draft { settings.draft_scene() } else { settings.scene() }.map_err(thrown)?;
-    // Rough: mesh and pigment take 60 % of the time, the hierarchy the rest.
+    // Roughly: mesh and pigment take 60 % of the time, the hierarchy the rest.
     progress.report(0.6);
     let data = SceneData::new(&mesh, &pigment).map_err(thrown)?;
     progress.report(1.0);

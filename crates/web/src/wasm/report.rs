@@ -28,7 +28,7 @@ thread_local! {
     static LISTENER: RefCell<Option<js_sys::Function>> = const { RefCell::new(None) };
 }
 
-/// Guard of the registered listener: removes it when it is dropped.
+/// Guard whose drop removes the registered listener.
 pub struct Listening;
 
 impl Drop for Listening {

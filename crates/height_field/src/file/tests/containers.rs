@@ -20,11 +20,11 @@ fn gwyddion_channels_units_and_masks_are_read() {
     for channel in ["2", "Height", "height "] {
         check("g.GWY", &samples::gwy(false), Some(channel), None, ROUNDING_UM);
     }
-    // The mask is of the rows from the top, as its channel.
+    // The mask begins with the top row, as its channel does.
     check("g.gwy", &samples::gwy(true), None, Some([1, 1]), ROUNDING_UM);
     let message = refusal("g.gwy", &samples::gwy(true), &NO_SCALE);
     assert!(message.contains("1 of 6 points") && message.contains("row 0, column 1"), "{message}");
-    // The other channel has no mask, and is upside down.
+    // The other channel has no mask, and negative heights.
     let inverted = read_channel("g.gwy", &samples::gwy(true), "11").unwrap();
     assert!((inverted.field.heights_um()[[0, 0]] + samples::HEIGHTS[0][0]).abs() < ROUNDING_UM);
 }
@@ -69,7 +69,7 @@ fn deeply_nested_objects_are_skipped() {
     assert!(refusal("g.gwy", &[b"GWYP".to_vec(), container].concat(), &NO_SCALE).contains("GwyDataField"));
 }
 
-/// A file in ImageJ's form, with heights calibrated as −0.25 µm + 0.125 µm a step.
+/// ImageJ's description of a TIFF, with heights calibrated as −0.25 µm + 0.125 µm a step.
 const IMAGEJ: &str = "ImageJ=1.54f\nunit=\\u00B5m\nspacing=1.0\ncf=0\nc0=-250\nc1=125\nvunit=nm\n";
 
 #[test]

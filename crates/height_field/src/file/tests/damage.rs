@@ -57,7 +57,7 @@ fn all_samples() -> Vec<(&'static str, Vec<u8>)> {
 fn changed_bytes_and_truncated_files_do_not_panic() {
     for (name, bytes) in all_samples() {
         for at in 0..bytes.len() {
-            // Padding says nothing.
+            // The padding of NanoScope's sample.
             if bytes[at] == b'?' {
                 continue;
             }
@@ -82,15 +82,16 @@ fn changed_bytes_and_truncated_files_do_not_panic() {
 fn mutated_files_do_not_panic() {
     let mut random = rand_pcg::Pcg64::seed_from_u64(SEED);
     for (name, bytes) in all_samples() {
-        let counted: Vec<usize> = (0..bytes.len()).filter(|at| bytes[*at] != b'?').collect();
+        // Places of all bytes but padding.
+        let places: Vec<usize> = (0..bytes.len()).filter(|at| bytes[*at] != b'?').collect();
         for _ in 0..MUTATIONS {
             let mut damaged = bytes.clone();
             for _ in 0..random.random_range(1..6) {
-                let at = counted[random.random_range(0..counted.len())];
+                let at = places[random.random_range(0..places.len())];
                 match random.random_range(0..5) {
                     0 => damaged[at.min(bytes.len() - 1)] = random.random(),
                     1 => damaged[at] = [0, 1, 0x7f, 0x80, 0xff, b'0', b'9', b'-'][random.random_range(0..8)],
-                    // Lengths and counts of the largest kind.
+                    // The largest length or count.
                     2 => damaged.iter_mut().skip(at).take(4).for_each(|byte| *byte = 0xff),
                     3 => {
                         let from = random.random_range(0..damaged.len());
@@ -114,7 +115,7 @@ fn noise_is_refused() {
             let mut noise = vec![0_u8; length];
             random.fill(&mut noise[..]);
             assert!(is_refused(name, &noise, scale(0.1, 0.4)), "{name} of {length} bytes of noise");
-            // Behind what the format begins with.
+            // Noise after the format's first bytes.
             read_anyhow(name, &[&bytes[..bytes.len().min(8)], &noise].concat());
         }
     }

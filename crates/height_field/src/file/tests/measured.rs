@@ -122,6 +122,11 @@ fn unusable_x3p_is_refused() {
     assert!(with(&good.replace("data.bin<", "other.bin<"), &zeros).contains("other.bin"));
     assert!(refusal("s.x3p", &samples::archive(&[("other.xml", b"")]), &NO_SCALE).contains("main.xml"));
     assert!(refusal("s.x3p", b"PK", &NO_SCALE).contains("X3P"));
+    // The last entry of the archive's directory, that of the heights, has its CRC at byte 16.
+    let mut damaged = samples::archive(&[("main.xml", good.as_bytes()), ("bindata/data.bin", &zeros)]);
+    let entry = damaged.windows(4).rposition(|found| found == b"PK\x01\x02").unwrap();
+    damaged[entry + 16] ^= 1;
+    assert!(refusal("s.x3p", &damaged, &NO_SCALE).contains("checksum"));
     let two = samples::x3p_description("I", z, 2, samples::X3P_LINK);
     let (_folder, path) =
         in_folder("s.x3p", &samples::archive(&[("main.xml", two.as_bytes()), ("bindata/data.bin", &[0; 96])]));

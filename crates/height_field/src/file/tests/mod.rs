@@ -78,7 +78,7 @@ fn exr_gsf_and_png_round_trip() {
     assert!(field.write(folder.path().join("none/a.exr")).unwrap_err().to_string().contains("cannot be written"));
 }
 
-/// A GSF of 2 × 2 heights 1, 2 (top) and 3, 4 in `unit`, tile 4 × 2 of `xy`.
+/// A GSF of the heights 1, 2 (top row) and 3, 4 in `unit` on a tile of 4 × 2 `xy`; `extra` are lines of the header.
 fn gsf_of(unit: &str, xy: &str, extra: &str) -> Vec<u8> {
     let mut bytes = format!("Gwyddion Simple Field 1.0\nXRes = 2\nYRes = 2\n{extra}").into_bytes();
     if !xy.is_empty() {
@@ -261,7 +261,7 @@ fn pictures_and_fields_of_a_scan_agree() {
     }
 }
 
-/// Reads with a film over holes: where they were, in the field's own rows, and how many the refusal counts without.
+/// Number of missing points that [`Fill::Laplace`] fills, which is also that of the refusal without filling.
 fn holes_of(path: &std::path::Path, scale: FileScale) -> usize {
     let refused = HeightField::read(path, &scale).unwrap_err().to_string();
     let options = ReadOptions { scale, fill: Fill::Laplace, ..Default::default() };
@@ -296,7 +296,7 @@ fn implausible_numbers_are_missing_points() {
     }
     let (_folder, path) = in_folder("a.xyz", samples::xyz().replace("0.125", "1e38").as_bytes());
     assert_eq!(holes_of(&path, NO_SCALE), 2);
-    // Before the unit makes them smaller: 1e38 fm are 1e29 µm.
+    // The stored number counts, before the unit makes it smaller: 1e38 fm are 1e29 µm.
     let mut gsf = gsf_of("fm", "um", "");
     let end = gsf.len();
     gsf[end - 4..].copy_from_slice(&1e38_f32.to_le_bytes());

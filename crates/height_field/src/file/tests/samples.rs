@@ -75,7 +75,8 @@ pub(crate) fn gwy(with_mask: bool) -> Vec<u8> {
     [b"GWYP".to_vec(), object("GwyContainer", &parts)].concat()
 }
 
-/// ISO 25178-71 in binary, with heights as 16-bit integers of 1 nm or as doubles; the second point is missing.
+/// Surface data file in binary, with heights in nm as 16-bit integers (`code` 5) or as doubles (7); the second point is
+/// missing.
 pub(crate) fn sdf_binary(revision: &str, code: u8) -> Vec<u8> {
     let mut bytes = format!("b{revision}Sunbeam   010120260000010120260000").into_bytes();
     let counts = [3_u32, 2];
@@ -100,7 +101,7 @@ pub(crate) fn sdf_binary(revision: &str, code: u8) -> Vec<u8> {
     bytes
 }
 
-/// ISO 25178-71 as text, with heights in µm.
+/// ISO 25178-71 as text, with heights in µm; `second` stands for the second one.
 pub(crate) fn sdf_text(second: &str) -> String {
     let heights: Vec<String> = metres(false).iter().map(|h| format!("{}", h * 1e6)).collect();
     format!(
@@ -193,7 +194,8 @@ pub(crate) fn nanoscope(wide: bool) -> Vec<u8> {
     bytes
 }
 
-/// A TIFF page of 16-bit grey: heights above −0.25 µm in steps of 0.125 µm, with optional description and resolution.
+/// A TIFF page of 16-bit grey: heights above −0.25 µm in steps of 0.125 µm. `resolution` is the code of its unit and
+/// the pixels per unit along x; along y it is doubled.
 pub(crate) fn tiff(description: Option<&str>, resolution: Option<(u16, u32)>) -> Vec<u8> {
     use tiff::encoder::{Rational, TiffEncoder, colortype::Gray16};
     use tiff::tags::{ResolutionUnit, Tag};
@@ -214,7 +216,7 @@ pub(crate) fn tiff(description: Option<&str>, resolution: Option<(u16, u32)>) ->
     file.into_inner()
 }
 
-/// The points of the grid in mixed order, without the second one.
+/// The points of the grid from the last to the first, without the second one.
 pub(crate) fn xyz() -> String {
     let mut lines = Vec::new();
     for (iy, row) in HEIGHTS.iter().enumerate() {

@@ -68,6 +68,7 @@ fn compare(read: &FileField, (dx, dy): (f64, f64), what: &str) {
     assert!(error < DIGITS_UM, "off by {error} µm: {what}");
 }
 
+/// Origins of pixel size, unit of heights, and first row.
 fn sources(read: &FileField) -> [Source; 3] {
     let provenance = read.provenance.as_ref().unwrap();
     [provenance.pixel_size.source, provenance.height_unit.source, provenance.rows.source]
@@ -221,13 +222,11 @@ fn headers_of_keys_and_values_are_read_or_refused() {
         "w=7 h=5\npixel width: 50 nm/pixel\npixel height: 80 nm/pixel\nData unit=nm\nScan rate: 1.2 Hz\n\
             Tip radius: 8 nm\n",
     ] {
-        let text = format!("{header}{body}");
-        // Gwyddion's triple, in its own order, says where the first row lies; others leave it to the default.
-        let top = header.contains("Width [µm]");
-        let text = if top { format!("{header}{}", rows(true, 1e-3, ";")) } else { text };
-        check("skin.csv", text.as_bytes());
+        // Width, height and unit in Gwyddion's order imply that the top row is first. The default is the bottom row.
+        let top_down = header.contains("Width [µm]");
+        check("skin.csv", format!("{header}{}", rows(top_down, 1e-3, ";")).as_bytes());
     }
-    // A hologram in radians, with the length of one.
+    // A hologram in radians, with the height of one radian.
     let hologram = "h=5 w=7\npixel size=5e-008 m x 8e-008 m\ndata unit=rad\nheight conversion factor (-> m)=2.5e-008\n";
     check("skin.txt", format!("{hologram}{}", rows(false, 2.5e-2, " ")).as_bytes());
     let no_factor = hologram.replace("height conversion factor (-> m)=2.5e-008\n", "");
