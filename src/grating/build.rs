@@ -305,29 +305,34 @@ impl Cell {
                 }
             }
         }
-        // Resampled along p: stored nodes of p, then those of q, then incident channels.
+        // Resampled along p, by stored nodes of p, then those of q.
         let mut halves = Vec::with_capacity(stored * stored * channels * (channels + 1));
         for weights in &resampling {
             for g in 0..stored {
-                for incident in 0..channels {
-                    let mut sum = 0;
-                    for entry in incident * channels..(incident + 1) * channels {
-                        let value: f64 = weights
-                            .iter()
-                            .enumerate()
-                            .map(|(i, weight)| weight * along_q[(i * stored + g) * entries + entry])
-                            .sum();
-                        let units = (value.clamp(0.0, 1.0) / UNIT).round() as u16;
-                        sum += u32::from(units);
-                        halves.push(units);
-                    }
-                    // The sum of the row, clipped to 16 bits.
-                    halves.push(sum.min(u16::MAX.into()) as u16);
-                }
+                let value = |entry: usize| {
+                    let column = (0..self.nodes).map(|i| along_q[(i * stored + g) * entries + entry]);
+                    weights.iter().zip(column).map(|(weight, value)| weight * value).sum::<f64>()
+                };
+                let values: Vec<f64> = (0..entries).map(value).collect();
+                halves.extend(packed_rows(&values, channels));
             }
         }
         halves
     }
+}
+
+/// 16-bit entries of one node in units of [`UNIT`]: the row of each incident channel, followed by the sum of its stored
+/// entries, clipped to 16 bits. `values` are `[incident · channels + outgoing]`.
+pub(super) fn packed_rows(values: &[f64], channels: usize) -> Vec<u16> {
+    // `chunks` refuses 0. A cell without channels has no values either.
+    let rows = values.chunks(channels.max(1));
+    rows.flat_map(|row| {
+        let mut units: Vec<u16> = row.iter().map(|value| (value.clamp(0.0, 1.0) / UNIT).round() as u16).collect();
+        let sum: u32 = units.iter().map(|&unit| u32::from(unit)).sum();
+        units.push(sum.min(u16::MAX.into()) as u16);
+        units
+    })
+    .collect()
 }
 
 /// Entry of the reversed path of `entry`, in a matrix of cell `s` with the entries `incident · channels + outgoing`.

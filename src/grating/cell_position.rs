@@ -4,10 +4,10 @@
 //! and t (symbols: `mod.rs`). Below an interface, tm takes the place of t in some cells.
 //!
 //! The lines `t − a = integer` and `t + a = integer` divide the plane of (t, a) into cells. On each line one order
-//! appears at the horizon. Within a cell the set of propagating orders is constant and their efficiencies are smooth;
-//! towards a line they vary as the square root of the distance. A position within a cell is given by the fractional
-//! parts p of `t − a` and q of `t + a`. They are mapped so that nodes with equal steps crowd towards both lines
-//! ([`node_coordinate`]). The WGSL twin is in `src/methods/grating.wgsl`.
+//! appears at the horizon. Within a cell the set of propagating orders is constant and their efficiencies are smooth,
+//! except below an interface (`channels.rs`). Towards a line efficiencies vary as the square root of the distance. A
+//! position within a cell is given by the fractional parts p of `t − a` and q of `t + a`. They are mapped so that nodes
+//! with equal steps crowd towards both lines ([`node_coordinate`]). The WGSL twin is in `src/methods/grating.wgsl`.
 
 use crate::numeric::{Number, Numbers, Real};
 

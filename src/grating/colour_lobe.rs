@@ -12,7 +12,7 @@
 //! The frequencies νq of a pair of directions form a line. Along it, order m is a Gaussian over ν about
 //! `ν_m = u·m/(d·ρ²)`, where the line is nearest to the order, of standard deviation `τ = σ/ρ`. The distance between
 //! both in units of σ is `b_m = v·m/(d·ρ·σ)`, so that `|νq − f_m|²/σ² = b_m² + (ν − ν_m)²/τ²`. The few orders with
-//! `ν_m` in the visible range contribute. `W(ν_m, τ) = ∫ weight(1/ν) exp(−(ν − ν_m)²/2τ²) dν` is tabulated
+//! `ν_m` in or near the visible range contribute. `W(ν_m, τ) = ∫ weight(1/ν) exp(−(ν − ν_m)²/2τ²) dν` is tabulated
 //! (`colour_tables.rs`). Order 0 has ν_m = 0 and no wavelength of its own; the colour of its efficiency is tabulated
 //! over directions. Further symbols are those of `mod.rs`, but q is a vector here.
 //!
@@ -110,8 +110,8 @@ impl<N: Numbers> GratingColourLobe<N> {
         })
     }
 
-    /// Sums `R` quantities over the orders, divided by 2πσ². `quantity` computes those of one order other than 0,
-    /// `quantity_zero` those of order 0 from its colour.
+    /// Sums `R` quantities over the orders, times n²/2πσ² with the index n of the medium of `wo`. `quantity` computes
+    /// those of one order other than 0, `quantity_zero` those of order 0 from its colour.
     ///
     /// Both directions are moved by half of the distance to an order, so that the order leaves exactly; see `lobe.rs`.
     #[inline(always)]
@@ -214,11 +214,11 @@ impl<N: Numbers> GratingColourLobe<N> {
         let real = N::Real::lit;
         // −1 and 1 where ν_m lies REACH·τ below and above the visible range.
         let centre = (nu_m - real(NU_MIDDLE)) / tau.fma(real(REACH), real(NU_HALF));
-        // Coordinate of the table, and the factor that its entries are divided by.
+        // Coordinate of the table, whose entries are W/width.
         let width = tau / (tau + real(TAU_SCALE));
-        let is_met = active & centre.abs().lt(real(1.0));
-        let entry = self.tables.spectral_weights::<N>(self.words[1], width, (centre + real(1.0)) * real(0.5), is_met);
-        entry.map(|weight| N::Real::select(is_met, weight * width, real(0.0)))
+        let reaches = active & centre.abs().lt(real(1.0));
+        let entry = self.tables.spectral_weights::<N>(self.words[1], width, (centre + real(1.0)) * real(0.5), reaches);
+        entry.map(|weight| N::Real::select(reaches, weight * width, real(0.0)))
     }
 
     /// Colour of order 0's efficiency between the directions wi and wo, whose tangential parts have the half difference
@@ -363,7 +363,7 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
         let wavelength_um = one / nu.max(real(DIVISOR_MIN));
         // Offset from the order's frequency, in cycles/µm.
         let [offset_x, offset_y] = [1, 2].map(|i| normal_quantile(u[i]) * real(self.layout.sigma_per_um));
-        // Tangential part K of the wave vector: order m leaves at Ko.x = mλ/d − Ki.x and Ko.y = −Ki.y.
+        // With tangential parts k of wi and wo, times their indices, order m leaves at ko = (mλ/d − ki.x, −ki.y).
         let [incident_x, incident_y] = self.layout.efficiencies.tangential::<N>(wi).map(N::narrow);
         let x = (order * real(1.0 / self.layout.period_um) + offset_x) * wavelength_um - incident_x;
         let y = offset_y * wavelength_um - incident_y;

@@ -41,8 +41,8 @@ pub(crate) const ORDER_ZERO_NODES: u32 = 48;
 /// Step in nm of the integral over wavelengths in the colour of order 0. Larger steps miss narrow anomalies; smaller
 /// ones take longer.
 const ORDER_ZERO_STEP_NM: usize = 4;
-/// Smallest coordinate of a table's nodes for which an entry is computed. Lower nodes get the entry at this coordinate,
-/// near the limit at 0.
+/// Smallest coordinate of a table's nodes for which an entry is computed. The node at 0 gets the entry at this
+/// coordinate, near the limit. Likewise, the last node of width gets the entry at this distance from 1.
 const COORDINATE_MIN: f64 = 1e-3;
 
 /// Smallest divisor: of lengths of directions' sums, squared direction cosines, probabilities, and wavenumbers in 1/µm.
@@ -209,39 +209,45 @@ impl ColourTables {
         self.order_weight::<N>(words, row, N::Index::lit(self.row_entries()), active)
     }
 
-    /// Table of order weights, arranged as [`ColourTables`] describes: sums of efficiencies over points of the bin and
-    /// over wavenumbers of the [`PROPOSED`] Gaussians.
+    /// Table of order weights, arranged as [`ColourTables`] describes.
     fn order_weight_table(&self, grating: &GratingSurface) -> Vec<f32> {
-        let sides = &[Side::Above, Side::Below][..self.sides as usize];
-        let orders = self.orders as i32;
         let bins = BINS[0] * BINS[1];
         (0..self.sides * bins)
             .into_par_iter()
             .flat_map_iter(|row| {
-                let (from, bin) = (sides[(row / bins) as usize], row % bins);
-                let mut weights = vec![0.0; self.row_entries() as usize];
-                for (across, along) in BIN_POINTS {
-                    let y = (f64::from(bin % BINS[1]) + along) / f64::from(BINS[1]);
-                    let sine = 1.0 - 2.0 * (f64::from(bin / BINS[1]) + across) / f64::from(BINS[0]);
-                    let x = sine * (1.0 - y * y).sqrt();
-                    for (mean, sigma) in PROPOSED {
-                        for i in 0..PROPOSED_NODES {
-                            let probability = (i as f64 + 0.5) / PROPOSED_NODES as f64;
-                            let nu = mean + sigma * normal_quantile(probability);
-                            let nm = (1e3 / nu).clamp(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
-                            let channels = sides.iter().flat_map(|&to| (-orders..=orders).map(move |m| (m, to)));
-                            for (weight, (m, to)) in weights.iter_mut().zip(channels) {
-                                *weight += grating.efficiency_between(nm, [x, y], m, [from, to]);
-                            }
-                        }
-                    }
-                }
+                let from = if row < bins { Side::Above } else { Side::Below };
                 // Rounded to single precision before the sum, so that it matches the stored weights.
+                let weights = self.bin_weights(grating, from, row % bins);
                 let mut row: Vec<f32> = weights.into_iter().map(|weight| weight as f32).collect();
                 row.push(row.iter().sum());
                 row
             })
             .collect()
+    }
+
+    /// Order weights of light from a bin on the side `from`, without their sum: sums of efficiencies over points of the
+    /// bin and over wavenumbers of the [`PROPOSED`] Gaussians.
+    fn bin_weights(&self, grating: &GratingSurface, from: Side, bin: u32) -> Vec<f64> {
+        let sides = &[Side::Above, Side::Below][..self.sides as usize];
+        let orders = self.orders as i32;
+        let mut weights = vec![0.0; self.row_entries() as usize];
+        for (across, along) in BIN_POINTS {
+            let y = (f64::from(bin % BINS[1]) + along) / f64::from(BINS[1]);
+            let sine = 1.0 - 2.0 * (f64::from(bin / BINS[1]) + across) / f64::from(BINS[0]);
+            let x = sine * (1.0 - y * y).sqrt();
+            for (mean, sigma) in PROPOSED {
+                for i in 0..PROPOSED_NODES {
+                    let probability = (i as f64 + 0.5) / PROPOSED_NODES as f64;
+                    let nu = mean + sigma * normal_quantile(probability);
+                    let nm = (1e3 / nu).clamp(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
+                    let channels = sides.iter().flat_map(|&to| (-orders..=orders).map(move |m| (m, to)));
+                    for (weight, (m, to)) in weights.iter_mut().zip(channels) {
+                        *weight += grating.efficiency_between(nm, [x, y], m, [from, to]);
+                    }
+                }
+            }
+        }
+        weights
     }
 }
 

@@ -42,7 +42,7 @@ pub(super) struct Node<N: Numbers> {
     pub number: N::Index,
 }
 
-/// Rows of one incident order at the eight nodes around a position and wavelength.
+/// Rows of one incident channel at the eight nodes around a position and wavelength.
 pub(super) struct Row<N: Numbers> {
     /// Offsets of the row, in halves of words: `[shorter, longer wavelength][node]`, where bit 1 of the node selects
     /// the upper p and bit 0 the upper q.

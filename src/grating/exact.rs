@@ -86,8 +86,8 @@ impl ExactGrating {
         Ok(sum * scale)
     }
 
-    /// [`ExactGrating::eval`] at a body that transmits: the power per solid angle of light from wi to wo, on either
-    /// side.
+    /// [`ExactGrating::eval`] at a body that transmits: the power per solid angle and |wo.z| of light from wi to wo, on
+    /// either side.
     ///
     /// # Errors
     /// The errors of [`ExactGrating::eval`].
@@ -97,11 +97,11 @@ impl ExactGrating {
             return Ok(0.0);
         }
         let sides = [wi, wo].map(|w| if w[2] > 0.0 { Side::Above } else { Side::Below });
-        // Refractive index of the medium that each direction is in. Behind a film light is in air.
+        // Refractive indices of the media of wi and wo. Behind a film light is in air.
         let is_inside = |side: Side| side == Side::Below && !body.is_film;
-        let own = sides.map(|side| if is_inside(side) { body.eta } else { 1.0 });
-        // Wave vectors over the wave number in vacuum.
-        let [ki, ko] = [0, 1].map(|i| [wi, wo][i].map(|c| c * own[i]));
+        let indices = sides.map(|side| if is_inside(side) { body.eta } else { 1.0 });
+        // Wave vectors along wi and wo, over the wave number in vacuum.
+        let [ki, ko] = [0, 1].map(|i| [wi, wo][i].map(|c| c * indices[i]));
         let period_um = self.profile.period_um();
         let (periods, sigma) = (1e3 * period_um / nm, period_um * self.sigma_per_um);
         let (frequency_x, offset_y) = ((ki[0] + ko[0]) * periods, (ki[1] + ko[1]) * periods / sigma);
@@ -110,7 +110,7 @@ impl ExactGrating {
         }
         let y = 0.5 * (ki[1] - ko[1]);
         // Bounds of |a| and |a + m| for waves that propagate in the media of wi and wo.
-        let bounds = own.map(|index| periods * (index * index - y * y).max(0.0).sqrt());
+        let bounds = indices.map(|index| periods * (index * index - y * y).max(0.0).sqrt());
         let tm = periods * (body.eta * body.eta - y * y).max(0.0).sqrt();
         // |ky|/k exceeds 1 for light in the medium that is totally reflected. The check is for at most 1, which is
         // stricter.
@@ -127,7 +127,7 @@ impl ExactGrating {
             }
         }
         // As in `eval`, with the factor n² of the outgoing medium (`lobe.rs`).
-        let scale = (periods / sigma * own[1]).powi(2) / TAU * (-0.5 * offset_y * offset_y).exp();
+        let scale = (periods / sigma * indices[1]).powi(2) / TAU * (-0.5 * offset_y * offset_y).exp();
         Ok(sum * scale)
     }
 

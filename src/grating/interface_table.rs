@@ -12,10 +12,10 @@
 //! follow by reciprocity, as in `build.rs`: on the reversed path, p and q are exchanged.
 
 use super::GratingError;
-use super::build::{EfficiencyTable, RANDOM_SEED, error_statistics, offsets_and_halves};
+use super::build::{EfficiencyTable, RANDOM_SEED, error_statistics, offsets_and_halves, packed_rows};
 use super::cell_position::fraction_at;
 use super::chebyshev::{triangle_count, triangle_index, triangle_nodes};
-use super::efficiencies::{EfficiencyView, UNIT};
+use super::efficiencies::EfficiencyView;
 use super::interface_solver::{InterfaceCell, InterfaceSolver, propagates};
 use super::layout::{Below, EfficiencyLayout, InterfaceCells};
 use super::wavelengths::{STEPS_NM, table_wavelengths};
@@ -28,13 +28,13 @@ use std::f64::consts::TAU;
 use sunbeam_rigorous::{Channel, Scattering, Side};
 
 /// Solved nodes along either side of a cell, with equal steps in the coordinate of look-ups. More nodes reduce the
-/// error, but the build time grows as the square of their number. Also the fewest nodes of any table of Jones matrices,
-/// which have about twice the error of the most (`jones_table.rs`).
+/// error, but the build time grows as the square of their number. Also the fewest nodes of any table of Jones matrices:
+/// the error is then about twice that with the most nodes (`jones_table.rs`).
 pub(super) const NODES: usize = 12;
 /// Nodes of the table of efficiencies along either side of a cell, interpolated from the solved ones by cubics; also
 /// the fewest of a reflector's or film's table (`plan.rs`). Linear look-ups err less between more nodes, but the
-/// table's size grows as the square of their number. On a sinusoid of 0.6 µm, 0.2 µm high, of index 1.5, the RMS error
-/// of an efficiency is 0.003 with this number and 0.005 with the solved nodes alone.
+/// table's size grows as the square of their number. On the *reference grating*, a sinusoid of period 0.6 µm, height
+/// 0.2 µm and index 1.5, the RMS error of an efficiency is 0.003. It is 0.005 with the solved nodes alone.
 pub(super) const STORED: usize = 18;
 /// Largest step between wavelengths in nm, 40. Twice this step doubles the error.
 const STEP_NM: f64 = STEPS_NM[1];
@@ -232,8 +232,8 @@ impl<T: Copy + Default + Send + Sync> SolvedCell<T> {
     }
 }
 
-/// Cubic interpolation from the solved nodes to those of the table of efficiencies: of each of the latter, the first of
-/// four solved nodes and their weights.
+/// Cubic interpolation to the nodes of the table of efficiencies. Each has the index of the first of four solved nodes,
+/// and the weights of the four.
 fn cubics() -> Vec<(usize, [f64; 4])> {
     let of_node = |g: usize| {
         let x = (g * (NODES - 1)) as f64 / (STORED - 1) as f64;
@@ -252,8 +252,8 @@ fn cubics() -> Vec<(usize, [f64; 4])> {
 fn packed_cell(solved: &SolvedCell<f64>, j: usize) -> Vec<u16> {
     let (channels, cubics) = (solved.channels(), cubics());
     // At an order's cut-off its efficiencies vanish as a root, and its mirror reflection becomes total. The cut-off may
-    // lie anywhere between both nodes, so half of the neighbour's value is taken. With all of it, the error above is
-    // 0.005.
+    // lie anywhere between both nodes, so half of the neighbour's value is taken. With all of it, the error on the
+    // reference grating (`STORED`) is 0.005.
     let beyond = |efficiency: f64, is_mirror: bool| if is_mirror { 1.0 } else { 0.5 * efficiency };
     let values: Vec<Vec<f64>> = solved.at_wavelength(j, beyond).collect();
     let nodes = cubics.iter().flat_map(|along_p| cubics.iter().map(move |along_q| (along_p, along_q)));
@@ -287,20 +287,6 @@ pub(super) fn build_efficiencies(
     Ok(EfficiencyTable { layout: plan.layout(STORED), words, solved: triangle_count(NODES) * plan.cells.len() })
 }
 
-/// 16-bit entries of one node in units of [`UNIT`]: the row of each incident channel, followed by the sum of its stored
-/// entries. `values` are `[incident · channels + outgoing]`.
-fn packed_rows(values: &[f64], channels: usize) -> Vec<u16> {
-    // `chunks` refuses 0. A cell without channels has no values either.
-    let rows = values.chunks(channels.max(1));
-    rows.flat_map(|row| {
-        let mut units: Vec<u16> = row.iter().map(|value| (value.clamp(0.0, 1.0) / UNIT).round() as u16).collect();
-        let sum: u32 = units.iter().map(|&unit| u32::from(unit)).sum();
-        units.push(sum.min(u16::MAX.into()) as u16);
-        units
-    })
-    .collect()
-}
-
 /// RMS and 99th percentile of the absolute error of an efficiency. The reference is solved at `count` random
 /// incidences, alternately from above and below: wavelengths are uniform, directions uniform over the projected
 /// hemisphere.
@@ -314,7 +300,7 @@ pub(super) fn efficiency_error(
     count: usize,
 ) -> Result<(f64, f64), GratingError> {
     let mut random = Pcg64Mcg::seed_from_u64(RANDOM_SEED);
-    // Wavelength in nm and direction cosines x and y of the light's travel, in its own medium; whether it is below.
+    // Wavelength in nm and direction cosines x and y of the light's travel, in its own medium; whether that is below.
     let incidences: Vec<([f64; 3], bool)> = (0..count)
         .map(|i| {
             let nm = random.random_range(WAVELENGTH_MIN_NM..WAVELENGTH_MAX_NM);
@@ -326,16 +312,15 @@ pub(super) fn efficiency_error(
     let errors = incidences
         .par_iter()
         .map(|&([nm, x, y], from_below)| {
-            let index = if from_below { solver.eta } else { 1.0 };
+            let index_of = |below: bool| if below { solver.eta } else { 1.0 };
             let periods = 1e3 * period_um / nm;
-            let (groove_cosine, a) = (index * y, index * x * periods);
+            let (groove_cosine, a) = (index_of(from_below) * y, index_of(from_below) * x * periods);
             let channels = view.channels(&view.bounds(periods, groove_cosine), a, true);
             let (incident, _) = channels.of_order(0.0, from_below);
             let in_air = groove_cosine.abs() < 1.0;
-            // t in the air, else tm.
-            let refractive_index = if in_air { 1.0 } else { solver.eta };
-            let t = periods * (refractive_index * refractive_index - groove_cosine * groove_cosine).sqrt();
-            let solutions = solver.solve(in_air, (t, a), &[nm])?;
+            // t in cells of the air, tm in those of the medium.
+            let bound = periods * (index_of(!in_air).powi(2) - groove_cosine * groove_cosine).sqrt();
+            let solutions = solver.solve(in_air, (bound, a), &[nm])?;
             let row = view.row(&channels, incident, nm, true);
             let from = Channel { side: side(from_below), order: 0 };
             let errors = (0..channels.count).filter_map(|channel| {

@@ -3,8 +3,8 @@
 
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Smallest `|ky/k|` by which the crossed elements are divided. Smaller values amplify the solver's error, larger ones
-/// attenuate the crossed elements of more incidences, where they are small anyway.
+/// Smallest `|ky/k|` by which the crossed elements are divided. Division by smaller values would amplify the solver's
+/// error. A larger bound attenuates the crossed elements of more incidences; near ky = 0 they are small anyway.
 const KY_RATIO_MIN: f64 = 0.02;
 /// Smallest power of a matrix that is normalised, relative to the incident power; below it the shape is zero.
 /// Amplitudes of 1e-9 are far below the solver's error.
@@ -13,8 +13,8 @@ const POWER_MIN: f64 = 1e-18;
 /// A Jones matrix between the states of Ey and of Hy, `[EE, EH, HE, HH]`, the outgoing state first.
 ///
 /// The crossed elements EH and HE are divided by ky/k. They change their signs with ky, so the quotients are smooth
-/// through ky = 0. The *power* of a matrix is half the sum of the squared magnitudes of its four elements. A shape,
-/// divided by ky/k, has power 1.
+/// through ky = 0. The *power* of a matrix is half the sum of the squared magnitudes of its four elements. A shape is
+/// scaled to power 1 after that division.
 pub(super) type JonesShape = [Complex64; 4];
 
 /// Shape of the Jones matrix `[[EE, EH], [HE, HH]]` at the ratio `ky²/k²`, which is negative for imaginary ky. It is

@@ -17,7 +17,7 @@ use super::interface_table::{InterfacePlan, NODES as INTERFACE_NODES, SolvedCell
 use super::jones_shape::{JonesShape, jones_shape};
 use super::layout::{Below, EfficiencyLayout};
 use super::order_solver::ShapeSolver;
-use super::plan::{TableOrders, choose_spacing, create_meshes, spacing_of};
+use super::plan::{CostBasis, choose_spacing, create_meshes, spacing_of};
 use super::polarisation::{JonesView, UNIT, ZERO};
 use super::rigorous_solver::RigorousSolver;
 use super::wavelengths::{STEPS_NM, Spacing, table_wavelengths, wavelengths_with_cell};
@@ -81,8 +81,8 @@ impl JonesTable {
         let period_um = profile.period_um();
         let points_per_cell = triangle_count(NODES_MAX) as f64;
         let pair_bytes = (PACKET_BYTES * INTERFACE_NODES * INTERFACE_NODES) as f64;
-        let orders = TableOrders { period_um, sides: body.sides(), points_per_cell, pair_bytes };
-        let meshes = create_meshes(profile, body, orders, build_limit)?;
+        let basis = CostBasis { period_um, sides: body.sides(), points_per_cell, pair_bytes };
+        let meshes = create_meshes(profile, body, basis, build_limit)?;
         let step_of = |spacing: Spacing| (STEP_RATIO * spacing.step_nm).min(STEP_MAX_NM);
         match body {
             GratingBody::Reflector(index) => {

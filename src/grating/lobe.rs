@@ -66,7 +66,7 @@ struct OrderAt<'a, N: Numbers> {
     efficiency: N::Real,
 }
 
-/// A lobe of a grating, which may be the relief of a body that transmits, with light on both sides.
+/// A grating's lobe. The grating may be the relief of a body that transmits, with light on both sides.
 pub(super) trait OnBody {
     /// Whether the body transmits light.
     fn transmits(&self) -> bool;
@@ -166,7 +166,7 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         // Standard deviation of the tangential part of the wave vector over the wave number in vacuum.
         let sigma = wavelength_um * real(self.layout.sigma_per_um);
         let [offset_x, offset_y] = [1, 2].map(|i| normal_quantile(u[i]) * sigma);
-        // Tangential part K of the wave vector: order m leaves at Ko.x = mλ/d − Ki.x and Ko.y = −Ki.y.
+        // With tangential parts k of wi and wo, times their indices, order m leaves at ko = (mλ/d − ki.x, −ki.y).
         let [incident_x, incident_y] = self.layout.efficiencies.tangential::<N>(wi);
         let centre_x = N::narrow(m / self.periods(nm) - incident_x);
         let (x, y) = (centre_x + offset_x, offset_y - N::narrow(incident_y));

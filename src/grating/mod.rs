@@ -17,7 +17,7 @@
 //! | e_m | efficiency: fraction of the unpolarised incident power in order m |
 //! | K, σ | Gaussian of an order and its standard deviation in cycles/µm |
 //! | y | direction cosine along the grooves |
-//! | ky/k | component of the wave vector along the grooves over its length 2π/λ: −wi.y, and wo.y of an order |
+//! | ky/k | component of the wave vector along the grooves over k = 2π/λ: −wi.y, and wo.y of an order |
 //! | n | refractive index of the medium below an interface |
 //! | t = (d/λ)·√(1 − y²) | bound of \|a\| for waves that propagate in air |
 //! | tm = (d/λ)·√(n² − y²) | the same in the medium below an interface, with y = \|ky/k\| |
@@ -32,7 +32,8 @@
 //! | node | a position in a cell's table or in its solution; also a place on the profile at which fields are solved |
 //!
 //! t, b and the index m are those of `sunbeam-rigorous`, which solves at given t, b and λ. From t and λ follows
-//! `ky²/k² = y² = 1 − (tλ/d)²`, so ky is imaginary at wavelengths above d/t.
+//! `ky²/k² = y² = 1 − (tλ/d)²`, so ky is imaginary at wavelengths above d/t. Components of a direction in a medium of
+//! index n enter f, a and ky/k times n.
 //!
 //! # Files
 //!

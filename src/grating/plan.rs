@@ -24,8 +24,8 @@ const BYTES_MAX: f64 = 4e6;
 /// Bytes of a stored efficiency.
 const ENTRY_BYTES: f64 = 2.0;
 /// Accepted RMS of an efficiency's highest Chebyshev terms, in a table of [`FULL_CELLS`] cells or more. Larger values
-/// leave a larger error, smaller ones need more solved points. In a table of fewer cells fewer orders share the light,
-/// and the tolerance is proportional to the number of cells.
+/// leave a larger error, smaller ones need more solved points. Fewer cells have a stricter tolerance, in proportion to
+/// their number, since fewer orders share the light.
 const TERMS_TOLERANCE: f64 = 6e-3;
 /// Number of cells from which [`TERMS_TOLERANCE`] applies unscaled: that of a period of 2.3 µm.
 const FULL_CELLS: f64 = 14.0;
@@ -48,7 +48,7 @@ const SOLUTION_SECONDS: f64 = 1.2e-9;
 
 /// Quantities that the size and the cost of a table depend on.
 #[derive(Clone, Copy)]
-pub(super) struct TableOrders {
+pub(super) struct CostBasis {
     /// Period in µm.
     pub period_um: f64,
     /// Number of sides of the relief on which light arrives and leaves, 1 or 2.
@@ -60,11 +60,11 @@ pub(super) struct TableOrders {
     pub pair_bytes: f64,
 }
 
-impl TableOrders {
+impl CostBasis {
     /// Quantities of a table of efficiencies of a grating with this period on a body.
     pub(super) fn of_efficiencies(period_um: f64, body: GratingBody<'_>) -> Self {
-        // Efficiencies of dielectrics vary smoothly, without the anomalies of metals. Films take the fewest nodes, and
-        // metals 17.
+        // Efficiencies of dielectrics vary smoothly, without the anomalies of metals: most of their cells are solved at
+        // the fewest nodes, 8 along a side, and those of metals at 17.
         let nodes = if body.is_dielectric() { NODE_COUNTS[0] } else { NODE_COUNTS[2] };
         let points_per_cell = triangle_count(nodes) as f64;
         Self { period_um, sides: body.sides(), points_per_cell, pair_bytes: PAIR_BYTES }
@@ -80,7 +80,7 @@ impl TableOrders {
 pub(super) fn create_meshes(
     profile: &Profile,
     body: GratingBody<'_>,
-    orders: TableOrders,
+    basis: CostBasis,
     build_limit: f64,
 ) -> Result<Meshes, GratingError> {
     // Declared here, so that `index` can refer to it.
@@ -101,9 +101,9 @@ pub(super) fn create_meshes(
             // medium.
             let [in_air, in_medium] =
                 [LATTICE_SECONDS, EVANESCENT_AIR_SECONDS].map(|lattice| lattice * nodes * nodes + solution);
-            InterfacePlan::new(orders.period_um, eta).estimate([in_air, in_medium], orders.pair_bytes)
+            InterfacePlan::new(basis.period_um, eta).estimate([in_air, in_medium], basis.pair_bytes)
         }
-        GratingBody::Reflector(_) | GratingBody::Film(_) => estimate(orders, resolution.nodes, body),
+        GratingBody::Reflector(_) | GratingBody::Film(_) => estimate(basis, resolution.nodes, body),
     };
     cost.check(build_limit, || "a shorter period, or theory \"scalar\", which takes any".to_owned())?;
     Meshes::new(profile, resolution)
@@ -134,12 +134,12 @@ pub(super) fn spacing_of(solver: &impl OrderSolver, period_um: f64) -> Result<Sp
 }
 
 /// Numbers of nodes and wavelengths of a table of efficiencies, and the accepted error of its cells.
-pub(super) fn choose_resolution(orders: TableOrders, spacing: Option<Spacing>) -> TableResolution {
-    let cells = cell_count(orders.period_um);
+pub(super) fn choose_resolution(basis: CostBasis, spacing: Option<Spacing>) -> TableResolution {
+    let cells = cell_count(basis.period_um);
     let stored = spacing.map_or(STORED_MAX, |spacing| {
         let wavelengths = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / spacing.step_nm;
         // The number of entries is proportional to the squares of the nodes along a side and of the number of sides.
-        let fitting = (BYTES_MAX / ENTRY_BYTES / entries(cells, wavelengths)).sqrt() / f64::from(orders.sides);
+        let fitting = (BYTES_MAX / ENTRY_BYTES / entries(cells, wavelengths)).sqrt() / f64::from(basis.sides);
         (fitting as usize).clamp(STORED, STORED_MAX)
     });
     TableResolution { stored, spacing, tolerance: TERMS_TOLERANCE * (cells / FULL_CELLS).min(1.0) }
@@ -147,11 +147,11 @@ pub(super) fn choose_resolution(orders: TableOrders, spacing: Option<Spacing>) -
 
 /// Cost of the build of a reflector's or film's table on two cores, hence the factor ½. `nodes` is the number of nodes
 /// on the profile. Steps between wavelengths are those that films and metals commonly have: 80 and 20 nm.
-fn estimate(orders: TableOrders, nodes: usize, body: GratingBody<'_>) -> Estimate {
-    let cells = cell_count(orders.period_um);
+fn estimate(basis: CostBasis, nodes: usize, body: GratingBody<'_>) -> Estimate {
+    let cells = cell_count(basis.period_um);
     let is_perfect = matches!(body, GratingBody::Reflector(None));
     let (step_nm, lattice) = if body.is_dielectric() { (STEPS_NM[0], LATTICE_SECONDS) } else { (STEPS_NM[2], 0.0) };
-    let (wavelengths_nm, _) = table_wavelengths(orders.period_um, Some(step_nm));
+    let (wavelengths_nm, _) = table_wavelengths(basis.period_um, Some(step_nm));
     let (wavelengths, nodes_per_side) =
         if is_perfect { (1.0, STORED_MAX) } else { (wavelengths_nm.len() as f64, STORED) };
     let nodes = nodes as f64;
@@ -159,8 +159,8 @@ fn estimate(orders: TableOrders, nodes: usize, body: GratingBody<'_>) -> Estimat
     let point_seconds = AIR_SECONDS * nodes * nodes + wavelengths * solution_seconds;
     let table_nodes = (nodes_per_side as f64).powi(2);
     Estimate {
-        bytes: ENTRY_BYTES * table_nodes * entries(cells, wavelengths) * f64::from(orders.sides).powi(2),
-        seconds: 0.5 * cells * orders.points_per_cell * point_seconds,
+        bytes: ENTRY_BYTES * table_nodes * entries(cells, wavelengths) * f64::from(basis.sides).powi(2),
+        seconds: 0.5 * cells * basis.points_per_cell * point_seconds,
     }
 }
 

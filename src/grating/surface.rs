@@ -9,7 +9,7 @@ use super::interface_solver::InterfaceSolver;
 use super::interface_table::{build_efficiencies, efficiency_error};
 use super::lobe::{GratingLayout, GratingLobe};
 use super::order_solver::OrderSolver;
-use super::plan::{TableOrders, choose_resolution, choose_spacing, create_meshes, spacing_of};
+use super::plan::{CostBasis, choose_resolution, choose_spacing, create_meshes, spacing_of};
 use super::rigorous_solver::RigorousSolver;
 use super::wavelengths::all_solved;
 use crate::clock::Instant;
@@ -80,18 +80,18 @@ impl GratingSurface {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let orders = TableOrders::of_efficiencies(period_um, body);
-        let meshes = create_meshes(profile, body, orders, build_limit)?;
+        let basis = CostBasis::of_efficiencies(period_um, body);
+        let meshes = create_meshes(profile, body, basis, build_limit)?;
         match body {
             GratingBody::Reflector(index) => {
-                let table_resolution = choose_resolution(orders, choose_spacing(&meshes, period_um, index)?);
+                let table_resolution = choose_resolution(basis, choose_spacing(&meshes, period_um, index)?);
                 let wavelengths_nm = all_solved(period_um, table_resolution.spacing);
                 let solver = RigorousSolver::new(&meshes, index, &wavelengths_nm)?;
                 Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)
             }
             GratingBody::Film(eta) => {
                 let solver = FilmSolver { meshes: &meshes, eta };
-                let table_resolution = choose_resolution(orders, Some(spacing_of(&solver, period_um)?));
+                let table_resolution = choose_resolution(basis, Some(spacing_of(&solver, period_um)?));
                 Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)
             }
             GratingBody::Interface(eta) => {
@@ -179,13 +179,13 @@ impl GratingSurface {
     }
 
     /// [`GratingSurface::efficiency`] for light that arrives at the first of the `sides` of a body that transmits and
-    /// leaves on the second. Below an interface, `wi` is a direction in the medium. Of a grating that only reflects,
-    /// both sides must be above.
+    /// leaves on the second. Below an interface, `wi` is a direction in the medium. For a grating that only reflects it
+    /// is zero unless both sides are above.
     pub fn efficiency_between(&self, wavelength_nm: f64, wi: [f64; 2], order: i32, sides: [Side; 2]) -> f64 {
         // Whether light arrives from below, and whether it leaves below.
         let [from, to] = sides.map(|side| side == Side::Below);
         let layout = self.layout.efficiencies;
-        // Tangential wave vector over k, which points against the light's travel: hence the minus of a and ky below.
+        // Minus the tangential wave vector over k, since `wi` points against the light's travel.
         let [x, y] = wi.map(|cosine| if from { cosine * layout.eta_below() } else { cosine });
         let periods = 1e3 * self.layout.period_um / wavelength_nm;
         let view = EfficiencyView::<Plain<f64>> { layout, words: &self.words };
@@ -200,8 +200,8 @@ impl GratingSurface {
 
     /// `f_r` in 1/sr: the material's reflectance is included, the cosine is not. Zero unless both directions lie above
     /// the surface and the wavelength is within 360 to 830 nm. Never negative, never NaN. At a body that transmits,
-    /// directions may lie below, at an interface in the medium: it is then the power per solid angle and |cos| of light
-    /// from `wi` to `wo`.
+    /// directions may also lie below the surface: in the medium of an interface, or in air behind a film. `f_r` is then
+    /// the power per solid angle and |wo.z| of light from `wi` to `wo`.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         lobe::eval(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }

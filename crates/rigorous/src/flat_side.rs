@@ -5,17 +5,18 @@
 //! | K | tangential wave vector (Kx, Ky) over k; equal on both sides |
 //! | c1, cn | normal components of the wave vector over k in the air and in the medium, positive |
 //! | n, ε | index of the medium, and n² |
+//! | d | unit vector along which the wave travels |
 //! | s, p | c1 + cn, and ε·c1 + cn |
 //! | ts, tp | amplitudes across and in the plane of incidence, 2√(c1·cn)/s and 2n√(c1·cn)/p; \|t\|² is a power |
 //!
 //! Jones matrices are between the states without Hy and without Ey (`orders.rs`). The unit vectors a, in the air, and
-//! b, in the medium, are the components of the polarisation across the plane of incidence. U is the rotation that maps
-//! b to a. The Jones matrix is `tp·U + (ts − tp)·a bᵀ`: it multiplies the part of the light along b by ts and the part
-//! orthogonal to b by tp, and turns both from the medium's basis to that of the air.
+//! b, in the medium, are light polarised across the plane of incidence, in components of these states. U is the
+//! rotation that maps b to a. The Jones matrix is `tp·U + (ts − tp)·a bᵀ`: it multiplies the part of the light along b
+//! by ts and the part orthogonal to b by tp, and turns both from the medium's basis to that of the air.
 //!
-//! The vectors a and b have the denominator |K|·√(1 − d.y²), where d.y is the y component of the wave's direction. The
-//! elements of U and of `a bᵀ` therefore have the factor 1/K². It is cancelled below, with the identities in the
-//! comments. The results are finite for K = 0 and analytic in Ky, which serves the continuation to imaginary Ky.
+//! The vectors a and b have the denominator |K|·√(1 − d.y²). The elements of U and of `a bᵀ` therefore have the factor
+//! 1/K². It is cancelled below, with the identities in the comments. The results are finite for K = 0 and analytic in
+//! Ky, which serves the continuation to imaginary Ky.
 
 use crate::{Jones, Order};
 use num_complex::Complex64;

@@ -86,9 +86,9 @@ impl LatticeSum {
         let (half_x, half_z) = (0.5 * period, height.max(HALF_HEIGHT_MIN * period));
         let ewald = Ewald::new(period, wave_number, bloch);
         // Numbers of Chebyshev nodes along each axis; both grow until the last coefficients are small. Along x the
-        // nearest source is one period from the middle. Along z, at x = d/2, its phase is k√(z² + d²/4), and it is
-        // singular at z = ±id/2. The number along z is even, so that no node has z = 0, where source p = 0 may be
-        // singular.
+        // nearest source is one period from the middle. Along z, at x = d/2, its phase is k√(z² + d²/4), which changes
+        // fastest at z = h, and it is singular at z = ±id/2. The number along z is even, so that no node has z = 0,
+        // where source p = 0 may be singular.
         let phases = [half_x, half_z * half_z / half_z.hypot(half_x)].map(|length| wave_number.norm() * length);
         let mut nodes_x = nodes_needed(phases[0], 2_f64.acosh());
         let mut nodes_z = nodes_needed(phases[1], (half_x / half_z).asinh()).next_multiple_of(2);

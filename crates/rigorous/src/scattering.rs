@@ -189,7 +189,7 @@ impl Air<'_> {
         let out_above = self.radiated(&fields, &fluxes);
         let out_below =
             [0, 1].map(|i| product(&below.from_field, &fields[i]) + product(&below.from_flux, &fluxes_below[i]));
-        let jones = weighted(self.waves(), &below.waves, &continuity, [&out_above, &out_below]);
+        let jones = jones_matrices(self.waves(), &below.waves, &continuity, [&out_above, &out_below]);
         let groove_cosine = Complex64::from(self.ky_squared(k)).sqrt() / k;
         let (above, below) = (self.waves().clone(), below.waves.clone());
         Ok(Scattering { eta, wave_number: k, groove_cosine, above, below, jones })
@@ -358,9 +358,9 @@ fn transposed(jones: Jones) -> Jones {
     [0, 1].map(|i| [0, 1].map(|j| jones[j][i]))
 }
 
-/// Jones matrices of [`Scattering`], from the amplitudes of Ey and Hy on either side, `[side][component]`: order ×
-/// incident wave.
-fn weighted(above: &Waves, below: &Waves, continuity: &Continuity, out: [&[Matrix; 2]; 2]) -> Vec<Jones> {
+/// Jones matrices of [`Scattering`], from the amplitudes `out` of Ey and Hy on either side, `[side][component]`: order
+/// × incident wave.
+fn jones_matrices(above: &Waves, below: &Waves, continuity: &Continuity, out: [&[Matrix; 2]; 2]) -> Vec<Jones> {
     let (n_above, count) = (above.orders.len(), above.orders.len() + below.orders.len());
     // Power of a wave of amplitude 1, over that of one in the air with βm = 1: `continuity.weights` are n²κ²/κm² and
     // κ²/κm². Where κ² is negative, no orders propagate in the air. The magnitude then keeps the ratios of powers

@@ -35,14 +35,15 @@ fn efficiencies(jones: &Jones, wi: [f64; 3]) -> [f64; 2] {
     })
 }
 
-/// Rows of a CSV table after its head: a name and numbers.
-fn rows(table: &str) -> Vec<(String, Vec<f64>)> {
+/// Rows of a CSV table after its head: a name and `N` numbers.
+fn rows<const N: usize>(table: &str) -> Vec<(String, [f64; N])> {
     table
         .lines()
         .skip(1)
         .map(|line| {
             let (name, numbers) = line.split_once(',').expect("a name and numbers");
-            (name.to_owned(), numbers.split(',').map(|n| n.parse().expect("a number")).collect())
+            let numbers: Vec<f64> = numbers.split(',').map(|n| n.parse().expect("a number")).collect();
+            (name.to_owned(), <[f64; N]>::try_from(numbers).expect("a number in each column"))
         })
         .collect()
 }
@@ -51,49 +52,51 @@ fn order(solved: &Orders, index: f64) -> &sunbeam_rigorous::Order {
     solved.orders.iter().find(|order| f64::from(order.index) == index).expect("the order propagates")
 }
 
-/// `boundary_integral.py` solves other integral equations, for TE and TM across the grooves. With three times its usual
-/// number of nodes its power is off by up to 2e-5.
+/// `tests/judges/gratings/boundary_integral.py` solves other integral equations, for TE and TM across the grooves. With
+/// three times its usual number of nodes its power is off by up to 2e-5.
 #[test]
 fn perfect_conductors_agree_with_the_python_solver() {
     const TOLERANCE: f64 = 1e-4;
     let mut worst = 0.0_f64;
-    for (name, n) in rows(include_str!("data/perfect.csv")) {
+    for (name, row) in rows::<7>(include_str!("data/perfect.csv")) {
+        let [period, height, nm, theta, index, te, tm] = row;
         let profile = match name.as_str() {
-            "sinusoid" => Profile::sinusoid(n[0], n[1]),
-            "blazed" => Profile::blazed(n[0], n[1]),
-            _ => Profile::lamellar(n[0], n[1], 0.5),
+            "sinusoid" => Profile::sinusoid(period, height),
+            "blazed" => Profile::blazed(period, height),
+            _ => Profile::lamellar(period, height, 0.5),
         };
-        let solved = solve_orders(&profile.unwrap(), &Medium::Perfect, n[2], direction(n[3], 0.0)).unwrap();
-        let order = order(&solved, n[4]);
-        worst = worst.max((order.te() - n[5]).abs()).max((order.tm() - n[6]).abs());
-        assert!(worst < TOLERANCE, "{name} {n:?}: {} {}", order.te(), order.tm());
+        let solved = solve_orders(&profile.unwrap(), &Medium::Perfect, nm, direction(theta, 0.0)).unwrap();
+        let order = order(&solved, index);
+        worst = worst.max((order.te() - te).abs()).max((order.tm() - tm).abs());
+        assert!(worst < TOLERANCE, "{name} {row:?}: {} {}", order.te(), order.tm());
     }
     println!("largest difference {worst:.1e}");
 }
 
-/// SCATMECH of NIST (`scatmech.py`) solves coupled-wave equations, in conical mounts. Each row holds its own
-/// convergence error.
+/// SCATMECH of NIST (`tests/judges/gratings/scatmech.py`) solves coupled-wave equations, in conical mounts. Each row
+/// holds its own convergence error.
 #[test]
 fn metals_agree_with_scatmech() {
-    /// A row is extrapolated by twice the waves; what is left is below what the last doubling changed.
+    /// A row is extrapolated from two numbers of waves. Its error is below its difference from the larger number.
     const UNSETTLED_SHARE: f64 = 1.0;
     const TOLERANCE: f64 = 5e-4;
     let mut squares = (0.0, 0);
-    let mut last: Option<(Vec<f64>, Orders)> = None;
-    for (metal, n) in rows(include_str!("data/metals.csv")) {
-        let setting = n[..6].to_vec();
-        let wi = direction(n[4], n[5]);
+    let mut last: Option<([f64; 6], Orders)> = None;
+    for (metal, row) in rows::<10>(include_str!("data/metals.csv")) {
+        let [eta, k, period, height, theta, azimuth, index, s, p, unsettled] = row;
+        let setting = [eta, k, period, height, theta, azimuth];
+        let wi = direction(theta, azimuth);
         if last.as_ref().is_none_or(|(before, _)| *before != setting) {
-            let profile = Profile::lamellar(n[2], n[3], 0.5).unwrap();
-            let solved = solve_orders(&profile, &Medium::index(n[0], n[1]).unwrap(), 550.0, wi).unwrap();
+            let profile = Profile::lamellar(period, height, 0.5).unwrap();
+            let solved = solve_orders(&profile, &Medium::index(eta, k).unwrap(), 550.0, wi).unwrap();
             last = Some((setting, solved));
         }
         let Some((_, solved)) = &last else { unreachable!() };
-        let found = efficiencies(&order(solved, n[6]).jones, wi);
-        for (found, judge) in found.iter().zip(&n[7..9]) {
+        let found = efficiencies(&order(solved, index).jones, wi);
+        for (found, judge) in found.iter().zip([s, p]) {
             squares = (squares.0 + (found - judge).powi(2), squares.1 + 1);
-            let allowed = TOLERANCE + UNSETTLED_SHARE * n[9];
-            assert!((found - judge).abs() < allowed, "{metal} {n:?}: {found}, allowed {allowed}");
+            let allowed = TOLERANCE + UNSETTLED_SHARE * unsettled;
+            assert!((found - judge).abs() < allowed, "{metal} {row:?}: {found}, allowed {allowed}");
         }
     }
     let rms = (squares.0 / f64::from(squares.1)).sqrt();
@@ -210,24 +213,25 @@ fn orders_on_both_sides_of_dielectrics_agree_with_coupled_waves() {
     /// Coupled waves converge slowly for p states; the last change is a measure of what is left.
     const UNSETTLED_SHARE: f64 = 2.0;
     let (mut squares, mut count, mut largest) = (0.0, 0, 0.0_f64);
-    let mut last: Option<(Vec<f64>, sunbeam_rigorous::BothSides)> = None;
-    for (shape, n) in rows(include_str!("data/dielectrics.csv")) {
-        let (setting, wi) = (n[..6].to_vec(), direction(n[4], n[5]));
+    let mut last: Option<([f64; 6], sunbeam_rigorous::BothSides)> = None;
+    for (shape, row) in rows::<11>(include_str!("data/dielectrics.csv")) {
+        let [eta, period, height, nm, theta, azimuth, side, index, s, p, unsettled] = row;
+        let (setting, wi) = ([eta, period, height, nm, theta, azimuth], direction(theta, azimuth));
         if last.as_ref().is_none_or(|(before, _)| *before != setting) {
             let profile = match shape.as_str() {
-                "sinusoid" => Profile::sinusoid(n[1], n[2]),
-                "blazed" => Profile::blazed(n[1], n[2]),
-                _ => Profile::lamellar(n[1], n[2], 0.5),
+                "sinusoid" => Profile::sinusoid(period, height),
+                "blazed" => Profile::blazed(period, height),
+                _ => Profile::lamellar(period, height, 0.5),
             };
-            last = Some((setting, sunbeam_rigorous::solve_both_sides(&profile.unwrap(), n[0], n[3], wi).unwrap()));
+            last = Some((setting, sunbeam_rigorous::solve_both_sides(&profile.unwrap(), eta, nm, wi).unwrap()));
         }
         let Some((_, solved)) = &last else { unreachable!() };
-        let orders = if n[6] == 0.0 { &solved.above } else { &solved.below };
-        let order = orders.iter().find(|order| f64::from(order.index) == n[7]).expect("the order propagates");
-        for (found, judge) in efficiencies(&order.jones, wi).iter().zip(&n[8..10]) {
+        let orders = if side == 0.0 { &solved.above } else { &solved.below };
+        let order = orders.iter().find(|order| f64::from(order.index) == index).expect("the order propagates");
+        for (found, judge) in efficiencies(&order.jones, wi).iter().zip([s, p]) {
             let off = (found - judge).abs();
             (squares, count, largest) = (squares + off * off, count + 1, largest.max(off));
-            assert!(off < RMS + UNSETTLED_SHARE * n[10], "{shape} {n:?}: {found}");
+            assert!(off < RMS + UNSETTLED_SHARE * unsettled, "{shape} {row:?}: {found}");
         }
     }
     let rms = (squares / f64::from(count)).sqrt();

@@ -124,26 +124,27 @@ fn reversed_light_has_the_same_efficiency() {
     }
 }
 
-/// Perturbation of the first order (docs/model.md#bodies-that-transmit): an order's amplitude is in proportion to the
-/// harmonic of the relief that makes it. Its power is `4ββ₀·|harmonic|²·(ε − 1)²·|B|²` times k⁴, in wave numbers over
-/// k.
+/// Perturbation of the first order (symbols: docs/model.md#bodies-that-transmit): an order's amplitude is in proportion
+/// to the harmonic of the relief that makes it. Its power is `4·ζᵢ·ζₒ·(k·harmonic)²·(ε − 1)²·B²`.
 #[test]
 fn shallow_sinusoids_scatter_as_perturbation_says() {
     /// The next order of the perturbation: (k·height)² is 5e-4, times the index.
     const RELATIVE: f64 = 4e-3;
     let (period, height, wavelength) = (1.3, 0.002, 550.0);
     let k = TAU * 1e3 / wavelength;
-    let harmonic = 0.25 * height * k;
+    let k_harmonic = 0.25 * height * k;
     for eta in [1.3, 1.5, 2.4] {
         for wi in [[0.4, 0.0, 0.84_f64.sqrt()], [0.2, 0.0, -(0.96_f64.sqrt())]] {
             let solved = solve_both_sides(&Profile::sinusoid(period, height).unwrap(), eta, wavelength, wi).unwrap();
             let eps = eta * eta;
             let from_above = wi[2] > 0.0;
             let alpha_in = -wi[0] * if from_above { 1.0 } else { eta };
-            // Normal components in air and in the medium.
+            // c1 and cn: normal components in air and in the medium, over k.
             let normals = |alpha: f64| [1.0 - alpha * alpha, eps - alpha * alpha].map(f64::sqrt);
+            // ζ, v and e.
             let of_side = |above: bool, [c1, cn]: [f64; 2]| if above { (c1, cn, eta) } else { (cn, eta * c1, 1.0) };
-            let (c0, v0, e0) = of_side(from_above, normals(alpha_in));
+            let (zeta0, v0, e0) = of_side(from_above, normals(alpha_in));
+            // s and p.
             let divisors = |[c1, cn]: [f64; 2]| [c1 + cn, eps * c1 + cn];
             let [s0, p0] = divisors(normals(alpha_in));
             for (orders, above) in [(&solved.above, true), (&solved.below, false)] {
@@ -152,12 +153,12 @@ fn shallow_sinusoids_scatter_as_perturbation_says() {
                     if alpha.abs() >= 1.0 {
                         continue;
                     }
-                    let (c, v, e) = of_side(above, normals(alpha));
+                    let (zeta, v, e) = of_side(above, normals(alpha));
                     let [s, p] = divisors(normals(alpha));
                     let sigma = if above == from_above { 1.0 } else { -1.0 };
                     let te = 1.0 / (s * s0);
                     let tm = (v * v0 - sigma * e * e0 * alpha * alpha_in) / (p * p0);
-                    let scale = 4.0 * c * c0 * (eps - 1.0).powi(2) * harmonic * harmonic;
+                    let scale = 4.0 * zeta * zeta0 * (eps - 1.0).powi(2) * k_harmonic * k_harmonic;
                     for (found, expected) in [(order.te(), scale * te * te), (order.tm(), scale * tm * tm)] {
                         assert!(
                             (found - expected).abs() < RELATIVE * expected.max(1e-3 * scale),

@@ -1,8 +1,11 @@
+//! Tests of a grating's surfaces over a table of orders with a closed form.
+
 use super::*;
 use crate::colour::WavelengthWeights;
 use crate::grating::GratingColourSurface;
 use crate::grating::wavelengths::Spacing;
 use crate::lobe::{LinearSrgb, Lobe, UNIFORM_FRACTION};
+use crate::numeric::math::SQUARE_PDF;
 use crate::table::WAVELENGTH_MIN_NM;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -11,17 +14,18 @@ const PERIOD_UM: f64 = 1.6;
 const TABLE_RESOLUTION: TableResolution =
     TableResolution { stored: 17, spacing: Some(Spacing { step_nm: 47.0, solved_every: 1 }), tolerance: 1e-3 };
 
-/// Orders with a closed form that has the properties of a grating's: reciprocity, square roots at the horizon, and a
+/// Orders with a closed form that has the properties of a grating's: reciprocity, roots at the horizon, and a
 /// dependence on the wavelength. It solves no grating. With two sides it is a film's.
 struct ClosedForm {
     sides: usize,
 }
 
-/// Cosine of the angle in the plane across the grooves of the order with the wave number `a`.
+/// Cosine with the normal of the order with the wave number `a`, in projection onto the plane across the grooves.
 fn cos(t: f64, a: f64) -> f64 {
     (1.0 - (a / t).powi(2)).max(0.0).sqrt()
 }
 
+/// Efficiency between the incident wave number `a` and the outgoing one `c`, both along x.
 fn efficiency(t: f64, a: f64, c: f64, nm: f64) -> f64 {
     let (m, fade) = (c - a, (nm / 600.0).recip());
     0.2 * fade * (-0.3 * m.abs()).exp() * (1.0 + 0.5 * (0.7 * (a - c)).sin()) * (cos(t, a) * cos(t, c)).sqrt().min(1.0)
@@ -106,8 +110,8 @@ fn reflectance_is_reciprocal() {
 /// On either side of the line where an order leaves along the surface, and on it.
 #[test]
 fn efficiencies_are_accurate_at_the_horizon() {
-    // These orders vary as the square root of the distance to the line, in whose fourth root linear interpolation
-    // between the first two of 17 nodes errs by at most 1/16. Efficiencies are at most 0.3.
+    // These orders vary as the fourth root of the distance to the line, the square root of the table's coordinate. Its
+    // linear interpolation between the first two of 17 nodes errs by at most 1/16. Efficiencies are at most 0.3.
     const ABSOLUTE: f64 = 0.3 / 16.0;
     let surface = tabulated(65.0);
     let mut passed = 0;
@@ -192,14 +196,16 @@ fn samples_follow_their_density() {
     let (surface, wi, nm) = (tabulated(20.0), direction(0.5, 0.4), 550.0);
     let sigma = surface.layout().sigma_per_um;
     // The density integrates to one; no order lies near the horizon, where samples would be lost.
-    let integral = over_orders(wi, nm, sigma, |wo| (surface.pdf(wi, wo, &[nm]) - UNIFORM_FRACTION * 0.125) / wo[2]);
+    let integral =
+        over_orders(wi, nm, sigma, |wo| (surface.pdf(wi, wo, &[nm]) - UNIFORM_FRACTION * SQUARE_PDF) / wo[2]);
     assert!((integral - (1.0 - UNIFORM_FRACTION)).abs() < 2e-3, "{integral}");
     // The mean of the weights is the albedo.
     let expected = over_orders(wi, nm, sigma, |wo| surface.eval(wi, wo, nm));
     let (mut sum, mut squares, count) = (0.0, 0.0, 40_000);
     for i in 0..count {
-        let u = [0.5, 0.754_877_666_246_692_7, 0.569_840_290_998_053_2, 0.430_159_709_001_946_8];
-        let u: [f64; 3] = std::array::from_fn(|c| (u[c] + f64::from(i) * u[(c + 1) % 4]).fract());
+        // Roberts' sequence: multiples of the first three powers of 1/g, with g⁴ = g + 1.
+        let u = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_2]
+            .map(|step| (0.5 + step * f64::from(i)).fract());
         let weight = surface.sample(wi, &[nm], u).map_or(0.0, |sample| sample.weight);
         sum += weight;
         squares += weight * weight;
