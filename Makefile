@@ -9,9 +9,9 @@ SKIPS := target/skips.txt
 PLUGIN := target/mitsuba/plugins/diffraction.so
 LIBRARY := target/c_abi
 CARGO  := cargo
-# Packages below the library, built while pip downloads.
-GROUND := -p sunbeam-fourier -p sunbeam-height-field -p sunbeam-rigorous -p sunbeam-unify
-GROUND += --features sunbeam-height-field/files
+# Packages that need no Python, built while pip downloads.
+EARLY  := -p sunbeam-fourier -p sunbeam-height-field -p sunbeam-rigorous -p sunbeam-unify
+EARLY  += --features sunbeam-height-field/files
 # Fixed: Mitsuba's file resolver and the documentation name this folder.
 export CARGO_TARGET_DIR := target
 export SUNBEAM_SKIPS := $(CURDIR)/$(SKIPS)
@@ -54,9 +54,9 @@ help:
 
 setup: $(READY)
 
-# Rust packages that need no Python compile while pip downloads. Their errors appear again in the builds that follow.
+# Errors of the packages EARLY are hidden here, and appear again in the builds that follow.
 $(READY): requirements.lock scripts/setup.sh
-	@$(CARGO) build --release --quiet $(GROUND) >/dev/null 2>&1 & compiling=$$!; \
+	@$(CARGO) build --release --quiet $(EARLY) >/dev/null 2>&1 & compiling=$$!; \
 	PYTHON="$(PYTHON)" scripts/setup.sh; ready=$$?; \
 	[ $$ready = 0 ] || kill $$compiling 2>/dev/null; wait $$compiling; exit $$ready
 
@@ -172,7 +172,7 @@ bench-gpu: plugin
 	$(CARGO) build --release -p sunbeam-cli
 	$(PY) -m benches.gpu $(PARTS)
 
-# The parts of pages named in PAGES, or all.
+# The parts of pages named in PAGES, or all. The part `validity` needs a solver of others, which is installed first.
 figures: plugin library tool
 	$(if $(filter validity,$(or $(PAGES),validity)),$(PY) -m pip install --quiet -r requirements-validity.lock)
 	$(PY) -m docs.figures $(PAGES)

@@ -1,40 +1,44 @@
 /* Throughput of the C ABI's batches, as one JSON object on stdout.
  *
  * For each preset, number of wavelengths and call, the program measures evaluations per second, with one thread and
- * with one thread on every core. An evaluation is one item at one wavelength. Figures are medians of several
- * repetitions by the wall clock; each repetition runs all calls in turn. Half of the directions are uniform over the
- * hemisphere, half are sampled. */
+ * with one thread on every core. An evaluation is one item at one wavelength. Figures are medians of REPETITIONS
+ * timings by the wall clock; each repetition times all calls in turn. Incident directions are uniform over the
+ * hemisphere, as is every second outgoing one. The others are sampled by the surface. */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "sunbeam.h"
 
 enum {
-    COUNT       = 4096, /* items of a batch */
-    CARRIED_MAX = 16,   /* largest number of wavelengths of an item */
-    REPETITIONS = 7,    /* timings of which the median counts */
-    PASSES      = 8,    /* calls of a timing */
-    CORES_MAX   = 256   /* largest number of threads */
+    COUNT           = 4096, /* items of a batch */
+    WAVELENGTHS_MAX = 16,   /* largest number of wavelengths of an item */
+    REPETITIONS     = 7,    /* timings of which the median counts */
+    PASSES          = 8,    /* calls of a timing */
+    CORES_MAX       = 256   /* largest number of threads */
 };
 
 static const char *PRESETS[] = { "blazed", "elaphe", "xenopeltis" };
 /* Numbers of wavelengths of an item. */
-static const size_t CARRIED[] = { 1, 4, 16 };
-static const char *CALLS[]    = { "eval", "pdf", "eval_pdf", "sample" };
-enum { PRESET_COUNT = 3, CARRIED_COUNT = 3, CALL_COUNT = 4 };
+static const size_t WAVELENGTHS[] = { 1, 4, 16 };
+enum { PRESET_COUNT = 3, WAVELENGTHS_COUNT = 3 };
+
+/* The timed functions sunbeam_surface_NAME. */
+enum { EVAL, PDF, EVAL_PDF, SAMPLE, CALL_COUNT };
+static const char *CALLS[CALL_COUNT] = { "eval", "pdf", "eval_pdf", "sample" };
 
 /* The arguments and the results of a batch. */
 typedef struct {
     const sunbeam_surface *surface;
-    size_t carried;
-    int call; /* index in CALLS */
-    float wi[COUNT][3], wo[COUNT][3], u[COUNT][3], nm[COUNT][CARRIED_MAX];
-    float f[COUNT][CARRIED_MAX], pdf[COUNT], sampled[COUNT][3];
+    size_t wavelengths; /* number of wavelengths of an item */
+    int call;           /* index in CALLS */
+    float wi[COUNT][3], wo[COUNT][3], u[COUNT][3], nm[COUNT][WAVELENGTHS_MAX];
+    float f[COUNT][WAVELENGTHS_MAX], pdf[COUNT], sampled[COUNT][3];
 } batch;
 
 /* Exits with the library's message after an error. */
@@ -60,17 +64,18 @@ static void random_direction(float w[3]) {
 
 /* Calls the batch's function once. */
 static void run(batch *b) {
-    const size_t n          = b->carried;
-    const sunbeam_floats wi = { b->wi[0], 3 }, wo = { b->wo[0], 3 }, u = { b->u[0], 3 }, nm = { b->nm[0], CARRIED_MAX };
-    const sunbeam_floats_out f = { b->f[0], CARRIED_MAX }, pdf = { b->pdf, 1 }, to = { b->sampled[0], 3 };
+    const size_t n          = b->wavelengths;
+    const sunbeam_floats wi = { b->wi[0], 3 }, wo = { b->wo[0], 3 }, u = { b->u[0], 3 },
+                         nm    = { b->nm[0], WAVELENGTHS_MAX };
+    const sunbeam_floats_out f = { b->f[0], WAVELENGTHS_MAX }, pdf = { b->pdf, 1 }, to = { b->sampled[0], 3 };
     switch (b->call) {
-        case 0:
+        case EVAL:
             check(sunbeam_surface_eval(b->surface, COUNT, wi, wo, n, nm, f));
             break;
-        case 1:
+        case PDF:
             check(sunbeam_surface_pdf(b->surface, COUNT, wi, wo, n, nm, pdf));
             break;
-        case 2:
+        case EVAL_PDF:
             check(sunbeam_surface_eval_pdf(b->surface, COUNT, wi, wo, n, nm, f, pdf));
             break;
         default:
@@ -79,17 +84,20 @@ static void run(batch *b) {
     }
 }
 
+/* Seconds by a clock that only runs forward. */
 static double seconds(void) {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (double) now.tv_sec + 1e-9 * (double) now.tv_nsec;
 }
 
+/* Order of two numbers, for qsort. */
 static int ascending(const void *a, const void *b) {
     const double x = *(const double *) a, y = *(const double *) b;
     return (x > y) - (x < y);
 }
 
+/* Body of a thread: calls the function of the batch `argument` PASSES times. */
 static void *run_passes(void *argument) {
     for (int pass = 0; pass < PASSES; ++pass)
         run(argument);
@@ -112,53 +120,63 @@ static double per_second(const batch *one, long cores) {
         pthread_join(threads[t], NULL);
     const double spent = seconds() - start;
     free(batches);
-    return (double) cores * PASSES * COUNT * (double) one->carried / spent;
+    return (double) cores * PASSES * COUNT * (double) one->wavelengths / spent;
+}
+
+/* Fills a batch with random arguments; every second outgoing direction is a sample above the horizon. */
+static void fill(batch *b) {
+    for (int i = 0; i < COUNT; ++i) {
+        random_direction(b->wi[i]), random_direction(b->wo[i]);
+        for (int k = 0; k < 3; ++k)
+            b->u[i][k] = random_unit();
+        for (int k = 0; k < WAVELENGTHS_MAX; ++k)
+            b->nm[i][k] = 380.f + 400.f * random_unit();
+    }
+    b->wavelengths = 1, b->call = SAMPLE;
+    run(b);
+    for (int i = 0; i < COUNT; i += 2)
+        if (b->sampled[i][2] > 0.f)
+            memcpy(b->wo[i], b->sampled[i], sizeof b->wo[i]);
+}
+
+/* Times all calls of a batch, and prints a row for each number of wavelengths and call. `preset` is an index in
+ * PRESETS, and `cores` the number of threads of the second figure. */
+static void print_rows(batch *b, int preset, long cores) {
+    /* Evaluations per second, with one thread [0] and with one on every core [1]. */
+    static double found[WAVELENGTHS_COUNT][CALL_COUNT][2][REPETITIONS];
+    for (int repetition = 0; repetition < REPETITIONS; ++repetition)
+        for (int w = 0; w < WAVELENGTHS_COUNT; ++w)
+            for (int call = 0; call < CALL_COUNT; ++call) {
+                b->wavelengths = WAVELENGTHS[w], b->call = call;
+                found[w][call][0][repetition] = per_second(b, 1);
+                found[w][call][1][repetition] = per_second(b, cores);
+            }
+    for (int w = 0; w < WAVELENGTHS_COUNT; ++w)
+        for (int call = 0; call < CALL_COUNT; ++call) {
+            for (int all = 0; all < 2; ++all)
+                qsort(found[w][call][all], REPETITIONS, sizeof(double), ascending);
+            printf("%s\n{\"preset\": \"%s\", \"wavelengths\": %zu, \"call\": \"%s\", \"per_second\": %.4g, "
+                   "\"per_second_all_cores\": %.4g}",
+                   preset + w + call > 0 ? "," : "", PRESETS[preset], WAVELENGTHS[w], CALLS[call],
+                   found[w][call][0][REPETITIONS / 2], found[w][call][1][REPETITIONS / 2]);
+        }
 }
 
 int main(void) {
     static batch b;
-    long cores        = sysconf(_SC_NPROCESSORS_ONLN);
-    const char *comma = "";
-    cores             = cores < 1 ? 1 : cores > CORES_MAX ? CORES_MAX : cores;
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    cores      = cores < 1 ? 1 : cores > CORES_MAX ? CORES_MAX : cores;
     printf("{\"version\": \"%s\", \"items\": %d, \"repetitions\": %d, \"cores\": %ld, \"rows\": [", sunbeam_version(),
            COUNT, REPETITIONS, cores);
-    for (int s = 0; s < PRESET_COUNT; ++s) {
+    for (int preset = 0; preset < PRESET_COUNT; ++preset) {
         char config[160];
         sunbeam_surface *surface = NULL;
-        snprintf(config, sizeof config, "{\"preset\": \"%s\", \"obliquity\": \"stam\", \"eta\": 1.56}", PRESETS[s]);
+        snprintf(config, sizeof config, "{\"preset\": \"%s\", \"obliquity\": \"stam\", \"eta\": 1.56}",
+                 PRESETS[preset]);
         check(sunbeam_surface_new(config, &surface));
         b.surface = surface;
-        for (int i = 0; i < COUNT; ++i) {
-            random_direction(b.wi[i]), random_direction(b.wo[i]);
-            for (int k = 0; k < 3; ++k)
-                b.u[i][k] = random_unit();
-            for (int k = 0; k < CARRIED_MAX; ++k)
-                b.nm[i][k] = 380.f + 400.f * random_unit();
-        }
-        b.carried = 1, b.call = 3;
-        run(&b);
-        for (int i = 0; i < COUNT; i += 2)
-            for (int k = 0; k < 3; ++k)
-                if (b.sampled[i][2] > 0.f)
-                    b.wo[i][k] = b.sampled[i][k];
-        double found[CARRIED_COUNT][CALL_COUNT][2][REPETITIONS];
-        for (int repetition = 0; repetition < REPETITIONS; ++repetition)
-            for (int c = 0; c < CARRIED_COUNT; ++c)
-                for (int call = 0; call < CALL_COUNT; ++call) {
-                    b.carried = CARRIED[c], b.call = call;
-                    found[c][call][0][repetition] = per_second(&b, 1);
-                    found[c][call][1][repetition] = per_second(&b, cores);
-                }
-        for (int c = 0; c < CARRIED_COUNT; ++c)
-            for (int call = 0; call < CALL_COUNT; ++call) {
-                for (int all = 0; all < 2; ++all)
-                    qsort(found[c][call][all], REPETITIONS, sizeof(double), ascending);
-                printf("%s\n{\"preset\": \"%s\", \"wavelengths\": %zu, \"call\": \"%s\", \"per_second\": %.4g, "
-                       "\"per_second_all_cores\": %.4g}",
-                       comma, PRESETS[s], CARRIED[c], CALLS[call], found[c][call][0][REPETITIONS / 2],
-                       found[c][call][1][REPETITIONS / 2]);
-                comma = ",";
-            }
+        fill(&b);
+        print_rows(&b, preset, cores);
         sunbeam_surface_free(surface);
     }
     printf("\n]}\n");

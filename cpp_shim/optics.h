@@ -38,7 +38,8 @@ public:
     MI_IMPORT_TYPES(Texture)
     using Lobe = DiffractionLobe<Float, Spectrum>;
 
-    explicit Optics(const Properties &props) : m_lobe(std::make_shared<const Lobe>(new_lobe_surface(props))) {
+    explicit Optics(const Properties &props) {
+        set_lobe(std::make_shared<const Lobe>(read(props)));
         m_components = m_transmission ? m_transmission->components(m_textures.diffraction_varies())
                                       : m_reflection.components(m_textures);
     }
@@ -137,9 +138,9 @@ private:
     };
     using CodeFingerprint = std::conditional_t<dr::is_jit_v<Float>, Fingerprint<Float>, NoFingerprint>;
 
-    /// Sets the members for textures, reflection and transmission, then builds the tables. All parameters are checked
-    /// first, since building takes seconds. Throws if a parameter is refused.
-    rust::Box<Surface> new_lobe_surface(const Properties &props) {
+    /// Sets the members for textures, reflection and transmission, then builds the tables of the lobe. All parameters
+    /// are checked first, since building takes seconds. Throws if a parameter is refused.
+    rust::Box<Surface> read(const Properties &props) {
         const std::string json = surface_json(props);
         m_reflection           = { float(cover_index(props).value_or(1.0)), props.get<bool>("cover_reflection", true) };
         check_optics(props);
@@ -197,7 +198,7 @@ private:
         }
     }
 
-    /// Replaces the lobe of a copy that is being made.
+    /// Sets the lobe, and the fingerprint of all members, of an object under construction.
     void set_lobe(std::shared_ptr<const Lobe> lobe) {
         m_lobe        = std::move(lobe);
         m_fingerprint = CodeFingerprint(code());
@@ -229,9 +230,8 @@ private:
     Reflection<Float, Spectrum> m_reflection{ 1.f, false };
     /// Optics of a body that transmits; none for a surface that only reflects.
     std::optional<Transmission<Float, Spectrum>> m_transmission;
-    // Declared after all members above, because `new_lobe_surface` sets them during the initialisation of `m_lobe`.
     std::shared_ptr<const Lobe> m_lobe;
-    CodeFingerprint m_fingerprint{ code() };
+    CodeFingerprint m_fingerprint{ 0 };
 };
 
 } // namespace sunbeam

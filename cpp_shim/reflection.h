@@ -76,20 +76,20 @@ public:
         if (enabled.cover)
             sample1 = dr::clip((sample1 - local.prob_cover) / dr::maximum(1.f - local.prob_cover, dr::Epsilon<Float>),
                                0.f, dr::OneMinusEpsilon<Float>);
-        const Mask pick_glossy = sample1 < local.prob_diffraction;
+        const Mask pick_diffraction = sample1 < local.prob_diffraction;
         // Uniform in [0, 1) again, given that the diffracted lobe is picked.
-        const Float sample_lobe =
-            dr::select(pick_glossy, dr::minimum(sample1 / local.prob_diffraction, dr::OneMinusEpsilon<Float>), 0.f);
-        const Vector3f wo_glossy =
-            local.to_shading(lobe.sample(dr::detach(local.to_relief(si.wi)), si.wavelengths, local.size, sample_lobe,
-                                         sample2, active && pick_glossy));
+        const Float sample_diffraction = dr::select(
+            pick_diffraction, dr::minimum(sample1 / local.prob_diffraction, dr::OneMinusEpsilon<Float>), 0.f);
+        const Vector3f wo_diffraction =
+            local.to_shading(lobe.sample(dr::detach(local.to_relief(si.wi)), si.wavelengths, local.size,
+                                         sample_diffraction, sample2, active && pick_diffraction));
 
         // Directions and densities are detached: derivatives are those of the integrand at the sampled directions.
-        bs.wo  = dr::detach(dr::select(pick_glossy, wo_glossy, warp::square_to_cosine_hemisphere(sample2)));
+        bs.wo  = dr::detach(dr::select(pick_diffraction, wo_diffraction, warp::square_to_cosine_hemisphere(sample2)));
         bs.eta = 1.f;
-        bs.sampled_component = dr::select(pick_glossy, UInt32(DIFFRACTION), UInt32(PIGMENT));
+        bs.sampled_component = dr::select(pick_diffraction, UInt32(DIFFRACTION), UInt32(PIGMENT));
         bs.sampled_type =
-            dr::select(pick_glossy, UInt32(+BSDFFlags::GlossyReflection), UInt32(+BSDFFlags::DiffuseReflection));
+            dr::select(pick_diffraction, UInt32(+BSDFFlags::GlossyReflection), UInt32(+BSDFFlags::DiffuseReflection));
         // The cover's mirror needs only `wi` above the surface, the other components need `wo` above it, too.
         const Mask above = active;
         active &= Frame3f::cos_theta(bs.wo) > 0.f && !pick_cover;
@@ -136,14 +136,14 @@ private:
 
     /// Whether each component exists and is enabled by the caller's context.
     struct Enabled {
-        bool diffraction, diffuse, cover;
+        bool diffraction, pigment, cover;
 
         Enabled(const Reflection &reflection, const Textures<Float, Spectrum> &textures, const BSDFContext &ctx)
             : diffraction(ctx.is_enabled(BSDFFlags::GlossyReflection, DIFFRACTION)),
-              diffuse(textures.diffuse_reflectance && ctx.is_enabled(BSDFFlags::DiffuseReflection, PIGMENT)),
+              pigment(textures.diffuse_reflectance && ctx.is_enabled(BSDFFlags::DiffuseReflection, PIGMENT)),
               cover(reflection.m_cover_reflection &&
                     ctx.is_enabled(BSDFFlags::DeltaReflection, cover_component(textures))) {}
-        bool none() const { return !diffraction && !diffuse && !cover; }
+        bool none() const { return !diffraction && !pigment && !cover; }
     };
 
     /// Parameters at one point of the surface, and quantities that depend only on them and `wi`.
@@ -189,13 +189,13 @@ private:
         local.ior      = { textures.eta_ends.eval(*textures.eta, si, active) / m_cover.eta(),
                            textures.k_ends.eval(*textures.k, si, active) / m_cover.eta() };
         local.specular = textures.specular_reflectance->eval(si, active);
-        local.diffuse  = enabled.diffuse ? textures.diffuse_reflectance->eval(si, active) : UnpolarizedSpectrum(0.f);
+        local.diffuse  = enabled.pigment ? textures.diffuse_reflectance->eval(si, active) : UnpolarizedSpectrum(0.f);
         local.rotation = Rotation<Float>::degrees(textures.rotation->eval_1(si, active));
         local.size     = textures.size(si, active);
 
         const Float cos_theta_i = Frame3f::cos_theta(m_cover.inside(si.wi));
         local.prob_diffraction  = enabled.diffraction ? 1.f : 0.f;
-        if (enabled.diffraction && enabled.diffuse) {
+        if (enabled.diffraction && enabled.pigment) {
             // In proportion to estimates of both albedos. Detached: the choice of a component is no part of the
             // integrand. Between 0.1 and 0.9, so that a sample's weight is at most ten times that of sampling its lobe
             // alone.
@@ -205,11 +205,11 @@ private:
             local.prob_diffraction = dr::select(both > 0.f, dr::clip(diffracted / both, .1f, .9f), .5f);
         }
         local.prob_cover = enabled.cover ? 1.f : 0.f;
-        if (enabled.cover && (enabled.diffraction || enabled.diffuse)) {
+        if (enabled.cover && (enabled.diffraction || enabled.pigment)) {
             const Float mirrored = dr::detach(m_cover.reflectance(Frame3f::cos_theta(si.wi)));
             // In proportion to the mirror's reflectance and an estimate of the light from below the cover. A smaller
             // lower bound would give the mirror more samples on dark surfaces; 0.2 limits the weights of the other
-            // components' samples to about five times those without a mirror.
+            // components' samples to five times those without a cover.
             const Float passed = dr::detach(dr::mean(local.reflectance(cos_theta_i) + local.diffuse));
             local.prob_cover   = mirrored / (mirrored + (1.f - mirrored) * dr::clip(passed, .2f, 1.f));
         }
@@ -246,7 +246,7 @@ private:
             }
             pdf *= local.prob_diffraction * ratio;
         }
-        if (enabled.diffuse) {
+        if (enabled.pigment) {
             // cosθo / π: the density of the pigment's samples, and the value of a white pigment. Under a cover,
             // radiance inside is n² times that outside, hence the division by n².
             const Float lambertian = warp::square_to_cosine_hemisphere_pdf(wo);

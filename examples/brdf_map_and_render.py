@@ -14,7 +14,7 @@ mi.set_variant("llvm_ad_spectral")
 material = {"preset": "xenopeltis", "coherence_length": 30.0, "eta": 1.56}
 
 # %% [markdown]
-# The reflectance over the outgoing hemisphere, seen from above with x to the right and y up. Light comes in at 30
+# The BSDF over the outgoing hemisphere, seen from above with x to the right and y up. Light comes in at 30
 # degrees from the normal, from the side of +x. `wi` points to the light and `wo` to the viewer; both are unit vectors
 # with z along the normal. A pixel at (x, y) inside the unit disc is the direction `wo` = (x, y, cosine), where the
 # cosine is that of the angle to the normal.
@@ -33,7 +33,7 @@ f = surface.eval(wi, wo, wavelength_nm)  # BSDF without the cosine, [directions,
 
 # %% [markdown]
 # Colours: the CIE 1931 observer under an equal-energy illuminant, in linear sRGB. XYZ is the sum over the wavelengths,
-# divided by that of the observer's Y, so a reflectance of 1/sr has Y = 1. The exposure clips 1 % of the disc, and a
+# divided by that of the observer's Y, so a BSDF of 1/sr has Y = 1. The exposure clips 1 % of the disc, and a
 # power of 1/2.2 approximates the sRGB encoding.
 
 # %%

@@ -1,4 +1,4 @@
-//! Prints the reflectance of a sinusoidal grating over the angle of view: `cargo run --release --example evaluate`.
+//! Prints the BSDF of a sinusoidal grating over the angle of view: `cargo run --release --example evaluate`.
 
 #![allow(clippy::print_stdout, reason = "an example prints its result")]
 
@@ -20,8 +20,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let direction = |degrees: f64| [degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()];
     println!("  angle   f_r in 1/sr at {WAVELENGTHS_NM:?} nm");
     for degrees in (-80..=80).step_by(5).map(f64::from) {
-        let reflectances = WAVELENGTHS_NM.map(|nm| surface.eval(direction(THETA_I_DEG), direction(degrees), nm));
-        println!("{degrees:6}° {:>12.4} {:>12.4} {:>12.4}", reflectances[0], reflectances[1], reflectances[2]);
+        let values = WAVELENGTHS_NM.map(|nm| surface.eval(direction(THETA_I_DEG), direction(degrees), nm));
+        println!("{degrees:6}° {:>12.4} {:>12.4} {:>12.4}", values[0], values[1], values[2]);
     }
     Ok(())
 }

@@ -11,7 +11,7 @@ use sunbeam::{Options, Preset};
 
 /// Width and height of the map in pixels.
 const SIZE: usize = 256;
-/// Factor from a reflectance in 1/sr to a screen value in [0, 1], chosen by eye. A larger one shows weaker orders and
+/// Factor from a BSDF value in 1/sr to a screen value in [0, 1], chosen by eye. A larger one shows weaker orders and
 /// clips more of the strong ones.
 const EXPOSURE: f64 = 0.3;
 

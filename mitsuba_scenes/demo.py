@@ -90,7 +90,8 @@ def tables(description: str) -> dict:
 
     Raises ValueError if the description lacks one of them.
     """
-    size = re.search(r"tables of ([0-9.e+-]+) MB", description)
+    # RGB and mono variants have "tables of colours".
+    size = re.search(r"tables of (?:colours of )?([0-9.e+-]+) MB", description)
     error = re.search(r"relative error ([0-9.e+-]+[0-9])", description)
     if not (size and error):
         raise ValueError(f"no size and error of the tables in {description!r}")

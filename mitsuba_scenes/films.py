@@ -6,6 +6,7 @@ places and brightnesses without a comment are chosen by eye.
 
 from __future__ import annotations
 
+import math
 import os
 
 import mitsuba as mi
@@ -49,6 +50,8 @@ WINDOW_VIEW = View(origin_cm=(45, -390, 190), target_cm=(-5, -130, 0), fov_deg=4
 SPECTACLES_VIEW = View(origin_cm=(0, 0, 165), target_cm=(0, 1000, 255), fov_deg=62.0)
 # Length and width of the wing.
 WING_CM = (6.4, 2.6)
+# Numbers of the wing's cells along and across it.
+WING_CELLS = (24, 9)
 # Height of the wing's middle.
 WING_HEIGHT_CM = 60.0
 # Camera of the wing.
@@ -225,6 +228,20 @@ def ridges() -> np.ndarray:
     return 0.055 * heights / heights.std()
 
 
+def wing_cells(x: np.ndarray, y: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """The cell's number at points of the unit square, x along the wing, and how much farther in cm the next seed is.
+
+    Cells are the Voronoi cells of one random seed in each square of a grid. The second result is 0 on their borders.
+    """
+    squares = np.stack(np.meshgrid(*map(np.arange, WING_CELLS)), -1).reshape(-1, 2)
+    seeds = (squares + rng.uniform(0.1, 0.9, squares.shape)) / WING_CELLS
+    # Distances of each point from all seeds in cm. Lengths along the wing are scaled by 0.7, which makes cells longer.
+    width, height = WING_CM
+    distance = np.hypot((x[..., None] - seeds[:, 0]) * 0.7 * width, (y[..., None] - seeds[:, 1]) * height)
+    nearest, second = np.moveaxis(np.partition(distance, 1, axis=-1)[..., :2], -1, 0)
+    return distance.argmin(axis=-1), second - nearest
+
+
 def wing_scene(view: View = WING_VIEW, spp: int = 36) -> dict:
     """An insect's wing before a wall, with lamps behind it; angle and pitch of the ridges differ from cell to cell."""
     width, height = WING_CM
@@ -234,16 +251,10 @@ def wing_scene(view: View = WING_VIEW, spp: int = 36) -> dict:
     # Outline: y of the upper and of the lower edge.
     upper, lower = 0.62 + 0.33 * np.sqrt(x - x**9), 0.62 - 0.6 * x**0.7 * np.sqrt(1 - x**4)
     rng = np.random.default_rng(5)
-    # Cells are the Voronoi cells of one seed in each square of a grid of 24 × 9.
-    squares = np.stack(np.meshgrid(np.arange(24), np.arange(9)), -1).reshape(-1, 2)
-    seeds = (squares + rng.uniform(0.1, 0.9, squares.shape)) / [24, 9]
-    # Distances of each texel from all seeds in cm. Lengths along the wing are scaled by 0.7, which makes cells longer.
-    distance = np.hypot((x[..., None] - seeds[:, 0]) * 0.7 * width, (y[..., None] - seeds[:, 1]) * height)
-    # Distances of the nearest and of the second seed.
-    nearest, second = np.moveaxis(np.partition(distance, 1, axis=-1)[..., :2], -1, 0)
-    cell = distance.argmin(axis=-1)
+    cell, excess_cm = wing_cells(x, y, rng)
+    count = math.prod(WING_CELLS)
     # Veins run along the borders of cells and along the outline.
-    veins = (second - nearest < 0.014) | (np.minimum(upper - y, y - lower) * height < 0.035)
+    veins = (excess_cm < 0.014) | (np.minimum(upper - y, y - lower) * height < 0.035)
     # The ridges' angle in degrees and the factor on their pitch differ from cell to cell; the angle also varies along
     # the wing.
     membrane = film(
@@ -251,8 +262,8 @@ def wing_scene(view: View = WING_VIEW, spp: int = 36) -> dict:
         # Orders are 4° wide.
         coherence_um=8.0,
         tolerance=1e-2,
-        rotation=raw_texture(12 * np.sin(5 * x + 3 * y) + rng.uniform(-6, 6, len(seeds))[cell]),
-        scale=raw_texture(rng.uniform(0.9, 1.0, len(seeds))[cell]),
+        rotation=raw_texture(12 * np.sin(5 * x + 3 * y) + rng.uniform(-6, 6, count)[cell]),
+        scale=raw_texture(rng.uniform(0.9, 1.0, count)[cell]),
     )
     chitin = {"type": "twosided", "bsdf": matte(0.05, 0.035, 0.02)}
     whole = {"type": "blendbsdf", "weight": raw_texture(veins), "membrane": membrane, "veins": chitin}

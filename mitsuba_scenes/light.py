@@ -60,8 +60,8 @@ class Light:
     """A sun and a uniform sky, both D65.
 
     `azimuth_deg` is the sun's angle from +x (tail), counter-clockwise seen from above. `elevation_deg` is its angle
-    above the ground, in (0, 90]. `sun` is one of SUN_KINDS. A `sky_radiance` of 0 leaves out the sky. Other values
-    raise ValueError.
+    above the ground, in (0, 90]. `sun` is one of SUN_KINDS. `sky_radiance` is not negative, and 0 leaves out the sky.
+    Values outside these ranges raise ValueError.
 
     The defaults are chosen by eye. The default sun stands on the side of the head and the camera. A brighter sky adds
     diffuse light, in which the diffraction colours pale.

@@ -26,9 +26,9 @@ ALONE = {
     "normal,build": ["sunbeam-mitsuba", "sunbeam-cli", "sunbeam-c"],
     "normal,build,dev": ["sunbeam", "sunbeam-height-field", "sunbeam-realtime", "sunbeam-cli", "sunbeam-c"],
 }
-# Value of the Makefile's variable GROUND: arguments `-p PACKAGE … --features FEATURE` of its first build, which runs
+# Value of the Makefile's variable EARLY: arguments `-p PACKAGE … --features FEATURE` of its first build, which runs
 # while pip downloads.
-GROUND = " ".join(re.findall(r"^GROUND [:+]= (.*)$", Path("Makefile").read_text(), re.M)).split()
+EARLY = " ".join(re.findall(r"^EARLY +[:+]= (.*)$", Path("Makefile").read_text(), re.M)).split()
 # Packages that make up the library and its C interface.
 LIBRARY = ["sunbeam", "sunbeam-c", "sunbeam-fourier", "sunbeam-guard", "sunbeam-height-field", "sunbeam-rigorous"]
 # Limit on the library's dependencies, equal to their current number, so that every addition is a deliberate one.
@@ -54,7 +54,7 @@ def features(edges: str, *selection: str) -> set[str]:
 def compiled_twice() -> list[str]:
     """A line for each package that a member built alone compiles with other features than the whole workspace."""
     builds = [(edges, ["--package", member]) for edges, members in ALONE.items() for member in members]
-    builds.append(("normal,build", GROUND))
+    builds.append(("normal,build", EARLY))
     together = {edges: features(edges, "--workspace") for edges in ALONE}
     return [
         f"{' '.join(selection)} alone compiles {package}"

@@ -22,8 +22,9 @@ as_root() {
     fi
 }
 
-# try_install WHAT PACKAGE…: installs the first package that this release of Debian or Ubuntu has.
+# Whether this run has refreshed the package lists: empty or 1.
 lists_fresh=
+# try_install WHAT PACKAGE…: installs the first package that this release of Debian or Ubuntu has.
 try_install() {
     local what="$1" package
     shift
@@ -57,6 +58,7 @@ say "1/5 compilers"
 command -v cargo >/dev/null || fail "cargo is missing. See https://rustup.rs"
 command -v "${CXX:-c++}" >/dev/null || install_one "a C++17 compiler" g++
 for component in rustfmt clippy; do
+    # Cargo's command of the component rustfmt is `cargo fmt`.
     if ! cargo "${component/rustfmt/fmt}" --version >/dev/null 2>&1; then
         rustup component add "$component" 2>/dev/null ||
             say "note: $component is missing, which \`make lint\` needs (rustup component add $component)"
@@ -103,7 +105,7 @@ if [ "$(uname)" = Linux ]; then
     has_library libXi.so.6 || want "the X library for input" libxi6
     has_library libxkbcommon-x11.so.0 || want "the X library for keyboards" libxkbcommon-x11-0
     command -v Xvfb >/dev/null || want "an X server without a screen" xvfb
-    command -v xdotool >/dev/null || want "a hand for X" xdotool
+    command -v xdotool >/dev/null || want "a tool for input to X windows" xdotool
 fi
 
 touch .venv/.ready

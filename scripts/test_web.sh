@@ -10,8 +10,9 @@ not_tested() {
     PYTHONPATH=tests exec "$PY" -c 'import needs, sys; needs.miss(sys.argv[1], "the page", sys.argv[2])' "$@"
 }
 
-lacking="$("$PY" crates/web/tests/browser.py)" || not_tested chromium "$lacking"
-said="$(scripts/web.sh --check 2>&1)" || not_tested wasm "${said##*error: }"
+# Both programs print the reason where they fail.
+reason="$("$PY" crates/web/tests/browser.py)" || not_tested chromium "$reason"
+reason="$(scripts/web.sh --check 2>&1)" || not_tested wasm "${reason##*error: }"
 scripts/web.sh
 cargo build --release -p sunbeam-web --example page_twin
 exec "$PY" -m pytest -n 2 --dist worksteal crates/web/tests "$@"

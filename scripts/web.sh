@@ -1,16 +1,19 @@
 #!/usr/bin/env bash
 # Builds the page into target/web: the library as WebAssembly, the JavaScript around it, the page's files, the examples.
-# Called by `make web`; with --check it only finds a compiler, or fails.
+# Called by `make web`; with --check it only finds a compiler, or fails. With SUNBEAM_WEB_EXAMPLES set, the pictures of
+# the examples are drawn again even if they exist.
+#
 # The compiler for WebAssembly is
 # - rustup's, whose target is added where its servers are reached;
-# - else Debian's, with the standard library built from its source.
+# - else Debian's, with the standard library built from its source. This takes an unstable option of Cargo, which
+#   RUSTC_BOOTSTRAP allows.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 PAGE=target/web
 TARGET=wasm32-unknown-unknown
 DEBIAN="apt-get install rustc-web cargo-web rust-web-src"
-# The folder of the measured scans; without it no example is measured.
+# The folder of the measured scans; without it their examples are left out.
 SCANS="${SUNBEAM_DATA:-../shared/data}/afm"
 export CARGO_TARGET_DIR=target
 # Every browser with WebGPU has 128-bit SIMD. wasm_js is the dependency getrandom's source of random numbers.
@@ -22,6 +25,7 @@ fail() {
     exit 1
 }
 
+# has_target RUSTC: whether this compiler has a standard library for TARGET.
 has_target() { [ -d "$("$1" --print target-libdir --target "$TARGET" 2>/dev/null)" ]; }
 as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo -n "$@"; fi; }
 
@@ -60,7 +64,7 @@ build_bindgen() {
         cargo build --locked --release --manifest-path crates/web/bindgen/Cargo.toml
 }
 
-# The native renderer, which draws the pictures of the examples.
+# The program page_twin, which draws the page's pictures natively: here those of the examples.
 build_twin() {
     cargo build --release -p sunbeam-web --example page_twin
 }
@@ -78,11 +82,11 @@ say "1/4 the code"
     build_bindgen
     build_twin
 ) >/dev/null 2>&1 &
-rest=$!
-trap 'kill "$rest" 2>/dev/null || true' EXIT
+others=$!
+trap 'kill "$others" 2>/dev/null || true' EXIT
 build_code
 say "2/4 the JavaScript around it"
-wait "$rest" || true
+wait "$others" || true
 build_bindgen
 rm -rf "$PAGE.new"
 mkdir -p "$PAGE.new/wasm"
@@ -94,12 +98,12 @@ if [ -d "$PAGE/examples" ] && [ -z "${SUNBEAM_WEB_EXAMPLES:-}" ] &&
     [ "$PAGE/examples/index.json" -nt crates/web/examples.json ]; then
     cp -R "$PAGE/examples" "$PAGE.new/examples"
 else
-    [ -d "$SCANS" ] || say "note: there is no folder $SCANS of scans, see SUNBEAM_DATA: no example is measured"
+    [ -d "$SCANS" ] || say "note: there is no folder $SCANS, see SUNBEAM_DATA: examples of scans are left out"
     build_twin
     target/release/examples/page_twin --examples crates/web/examples.json --scans "$SCANS" -o "$PAGE.new/examples"
 fi
 rm -rf "$PAGE"
 mv "$PAGE.new" "$PAGE"
-code="$(gzip -9 -c "$PAGE/wasm/sunbeam_web_bg.wasm" | wc -c)"
-whole="$(find "$PAGE" -type f ! -name '*.gsf' -exec gzip -9 -c {} + | wc -c)"
-say "page: $PWD/$PAGE, $((whole / 1000)) kB gzipped without scans, of which the code $((code / 1000)) kB"
+code_bytes="$(gzip -9 -c "$PAGE/wasm/sunbeam_web_bg.wasm" | wc -c)"
+page_bytes="$(find "$PAGE" -type f ! -name '*.gsf' -exec gzip -9 -c {} + | wc -c)"
+say "page: $PWD/$PAGE, $((page_bytes / 1000)) kB gzipped without scans, of which the code $((code_bytes / 1000)) kB"

@@ -51,6 +51,13 @@ def test_the_report_knows_the_tables(scene_variant, files, skin):
     assert 0 < found["relative_error"] < 1e-2
 
 
+def test_the_report_knows_tables_of_colours():
+    use_variant("scalar_rgb")
+    found = demo.tables(str(mi.load_dict({"type": "diffraction", "preset": "blazed"})))
+    assert found["size_mb"] > 0
+    assert 0 < found["relative_error"] < 1e-2
+
+
 @pytest.mark.parametrize("skin", list(PRESETS))
 def test_every_skin_renders(scene_variant, files, skin):
     pixels = small_picture(scene_variant, files, parameters=tuple(preset_skin(skin).items()))

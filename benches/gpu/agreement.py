@@ -103,7 +103,10 @@ class Pair:
 def chunk_errors(
     variants: Pair, reference_bsdf: mi.BSDF, checked_bsdf: mi.BSDF, asked: Questions, rng: np.random.Generator
 ) -> dict:
-    """The errors (n,) of a chunk of questions by call. Most outgoing directions are replaced by sampled ones."""
+    """The errors (n,) of a chunk of questions, as from `errors_of`.
+
+    All outgoing directions but a fraction UNIFORM are first replaced by samples of the reference.
+    """
     use(variants.reference)
     sampled = ask(reference_bsdf, asked)
     # A sample of density 0 failed and has no direction.

@@ -32,7 +32,8 @@ PLAIN = {"conserve_energy": False, "tolerance": 0.01}
 CHANGED = {"preset": "blazed", "coherence_length": 6.0, **PLAIN}
 # Another relief than that of CHANGED.
 OTHER = {"preset": "sinusoidal", "coherence_length": 10.0, **PLAIN}
-# Eight surfaces of three reliefs. Their materials, pigments and rotations make them trace different code.
+# Eight surfaces of two reliefs, which have three coherence lengths in all. Their tables, materials, pigments and
+# rotations make them trace different code.
 EIGHT = (
     {"preset": "blazed"},
     {"preset": "blazed", "rotation": 30.0, "material": "Al"},

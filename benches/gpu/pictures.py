@@ -1,6 +1,6 @@
 """Maps and pictures of the realtime renderer on the card, compared with the CPU and with the software adapter.
 
-Maps of the reflectance are compared with the methods in Rust, pictures of the snake with those of the software adapter.
+BRDF maps are compared with those of the methods in Rust, pictures of the snake with those of the software adapter.
 The card's pictures are kept: if its machine has no software adapter, `--compare` compares them on another machine.
 """
 

@@ -28,7 +28,7 @@ class Plan:
     surfaces: tuple[str, ...]
     # Names of the surfaces whose samples are tested (samples.py).
     sampled: tuple[str, ...]
-    # Ends of variants' names, such as `rgb`, of all parts except `agree-*`, whose names contain the end.
+    # Ends of the names of the checked variants, such as `rgb`. The parts `agree-*` (parts.py) have their own.
     kinds: tuple[str, ...]
     # Names of the parameters by which derivatives are taken.
     derivatives: tuple[str, ...]

@@ -70,7 +70,7 @@ def pictures(plan: Plan, variant: str) -> np.ndarray:
 def judged(ours: np.ndarray, theirs: np.ndarray) -> dict:
     """Differences of two sets of pictures (n, rows, columns, 3) in standard errors, by pixel and by channel.
 
-    A glint in a single picture moves the mean by one standard error, so it does not count as a difference. Figures:
+    A glint in a single picture raises the mean and its standard error alike, so it counts as one error. Figures:
     `exceeding` is the fraction of pixels above ERRORS, `channels_in_errors` the differences of the channels' sums,
     `channel_ratios` their ratios, and `same_pixels` the fraction of pixels that are equal up to ROUNDING.
     """

@@ -1,4 +1,4 @@
-//! Functions of Dr.Jit that the tests of tracing need beside `jit`.
+//! Functions of Dr.Jit that the tests of tracing need beside `jit`. `jit_tests.h` describes them.
 
 pub(crate) use ffi::*;
 

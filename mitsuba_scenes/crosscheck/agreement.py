@@ -15,7 +15,7 @@ FLOOR_FRACTION = 0.01
 BLACK_FRACTION = 1e-6
 # Largest accepted median of the error, several times the largest measured one (docs/crosscheck.md).
 MEDIAN_LIMIT = 1e-3
-# Largest accepted 99th percentile of the error, over twice the largest measured one (docs/crosscheck.md).
+# Largest accepted 99th percentile of the error, about twice the largest measured one (docs/crosscheck.md).
 P99_LIMIT = 1e-2
 # Smallest number of compared pixels; the 99th percentile of fewer depends on single pixels.
 FEWEST_PIXELS = 50

@@ -1,3 +1,5 @@
+//! Traced operations, look-ups and loops against plain numbers, and the release of variables after failures.
+
 use super::super::jit_tests as dr;
 use super::*;
 use crate::scope::{TraceError, trace};
@@ -46,11 +48,12 @@ fn reals<'s>(scope: Scope<'s>, array: &Array) -> Var<'s, f32> {
     Traced::from_bits(Var::borrowed(scope, array.0))
 }
 
+/// Single-precision numbers as words.
 fn bits(values: &[f32]) -> Vec<u32> {
     values.iter().map(|x| x.to_bits()).collect()
 }
 
-/// Evaluates the variables that `trace` returned.
+/// Evaluates the variables that `trace` returned; each has `count` elements.
 fn computed<const R: usize>(results: [Owned; R], count: usize) -> [Vec<f32>; R] {
     results.map(|owned| {
         let array = Array(owned.into_index());
@@ -58,17 +61,22 @@ fn computed<const R: usize>(results: [Owned; R], count: usize) -> [Vec<f32>; R] 
     })
 }
 
+/// Number of nodes of the test's table, at the places 0, 1, ….
 const NODES: u32 = 64;
+/// Number of words of a node's record, one for each knot.
 const WORDS: u32 = 16;
+/// Standard deviation of the Gaussian weights of nodes, in distances of nodes.
 const SIGMA: f64 = 0.6;
 
-/// A look-up like a table's: Gaussian taps around a position in double precision, each times a spline over its record,
-/// which is read in packets.
+/// A look-up like a table's, in words of which the upper 16 bits are read as coefficients: the mean over four nodes
+/// with Gaussian weights, each of a cubic spline over the node's record.
 struct Lookup<N: Numbers>(N::Words);
 
 impl<N: Numbers> Lookup<N> {
+    /// The base-two logarithm of the mean, and the sum of the weights with the sign reversed if it exceeds 0.5.
     fn at(&self, place: N::Real, knot: N::Real, active: N::Mask) -> [N::Real; 2] {
         let (lit, int) = (N::Real::lit, N::Index::lit);
+        // A factor that single precision could not represent.
         let place = N::widen(place) * N::Double::lit(1.0 + 1e-9);
         let first =
             (place - N::Double::lit(2.0)).ceil().clip(N::Double::lit(0.0), N::Double::lit(f64::from(NODES - 4)));
@@ -86,6 +94,7 @@ impl<N: Numbers> Lookup<N> {
             |(i, ..)| active & i.lt(int(4)),
             |(i, sum, weights)| {
                 let record = (node + i) * int(WORDS / 4) + (low >> 2);
+                // Seven words, in packets of four, two and one.
                 let words: [_; 8] = {
                     let [a, b, c, d] = N::gather::<4>(self.0, record, active);
                     let [e, f] = N::gather::<2>(self.0, record * int(2) + int(2), active);
@@ -95,6 +104,7 @@ impl<N: Numbers> Lookup<N> {
                 let from_first = knot - N::real((low >> 2) << 2);
                 let mut value = lit(0.0);
                 for (k, &word) in words.iter().enumerate() {
+                    // The bits are those of the exponent of 1, so coefficients are in [1, 2).
                     let [_, coefficient] = math::bf16_pair::<N>(word | int(0x3f80_0000));
                     value = math::cubic_b_spline(from_first - lit(k as f64)).fma(coefficient, value);
                 }
@@ -106,10 +116,13 @@ impl<N: Numbers> Lookup<N> {
     }
 }
 
+/// Pseudorandom mantissas by Knuth's multiplicative hash; the bits of sign and exponent are 0.
 fn table() -> Vec<u32> {
     (0..(NODES + 1) * WORDS).map(|i| (i.wrapping_mul(2_654_435_761) >> 9) << 7 & 0x007f_ff80).collect()
 }
 
+/// Places and knots, multiples of irrational steps modulo the table's size: those of the golden ratio and the plastic
+/// number.
 fn queries(count: usize) -> [Vec<f32>; 2] {
     let fraction = |i: usize, step: f64| (i as f64 * step).fract();
     let column = |step: f64, scale: f64| (0..count).map(|i| (fraction(i, step) * scale) as f32).collect();
@@ -119,6 +132,7 @@ fn queries(count: usize) -> [Vec<f32>; 2] {
 /// Rounding of single precision through a dozen operations; the logarithm is of order one.
 const SINGLE: f32 = 4e-6;
 
+/// Compares the look-up, traced and by value, at many places.
 fn lookup_agrees(backend: u32) {
     const COUNT: usize = 1000;
     let table = table();

@@ -1,8 +1,8 @@
 """The Dask cluster that computes a sweep: new workers on this machine, or those of a given scheduler.
 
 A Dask *worker* is a process that runs tasks, the *scheduler* hands tasks to the workers, and a *client* is the driver's
-connection to the scheduler. The driver is this process. A task is a batch of cases (drive.py), which are
-surfaces under settings.
+connection to the scheduler. The driver is this process. A *case* is a surface under a setting, and a task is a batch of
+cases (drive.py).
 """
 
 from __future__ import annotations

@@ -83,7 +83,8 @@ def describe(parameters: Mapping[str, Value]) -> dict[str, Any]:
     name = parameters.get("filename")
     # A missing file has any time: the command refuses it.
     changed_ns = os.stat(str(name)).st_mtime_ns if name is not None and os.path.exists(str(name)) else 0
-    # The report does not depend on the optics, so surfaces that differ in these parameters share it.
+    # Surfaces that differ in optics alone share the report. Its estimate of the tables is that of a surface without
+    # transmission, whose relief is not magnified by the index.
     optics = ("eta", "k", "obliquity", "transmission")
     relief = {key: value for key, value in parameters.items() if key not in optics}
     return _described(tuple(surface_words(relief)), changed_ns)

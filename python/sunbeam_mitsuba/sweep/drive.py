@@ -189,11 +189,12 @@ class _Driver:
     def _take_result(self, done: Done) -> None:
         """Measures and counts the cases of a computed batch. Raises :class:`SweepError` for its fatal error."""
         # A batch with a fatal error may have computed no case.
-        if done.failed:
-            newest = done.seconds / len(done.failed)
+        finished = len(done.has_failed)
+        if finished:
+            newest = done.seconds / finished
             mean = self._case_seconds or newest
             self._case_seconds = _NEWEST_WEIGHT * newest + (1 - _NEWEST_WEIGHT) * mean
-        self._finished(len(done.failed), sum(done.failed.values()))
+        self._finished(finished, sum(done.has_failed.values()))
         if done.fatal:
             raise SweepError(done.fatal)
 

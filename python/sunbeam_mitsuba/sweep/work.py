@@ -56,7 +56,7 @@ class Done:
     """Result of a batch of cases."""
 
     #: Whether each finished case failed, by identity.
-    failed: dict[str, bool]
+    has_failed: dict[str, bool]
     #: Wall time, including the wait for other threads of the worker.
     seconds: float
     #: One-line error that stops the whole sweep; empty without one.
@@ -102,7 +102,7 @@ def run_batch(job: Job, cases: list[Case]) -> Done:
     if version() != job.version:
         return Done({}, 0.0, _other_version(job))
     start = time.perf_counter()
-    failed: dict[str, bool] = {}
+    has_failed: dict[str, bool] = {}
     with _mitsuba_lock:
         _held.memory_bytes = _memory_bytes()
         for case in cases:
@@ -112,9 +112,9 @@ def run_batch(job: Job, cases: list[Case]) -> Done:
                     record, pictures = compute(job, case, _held)
                     write_result(job.output, record, pictures)
             except StoreError as error:
-                return Done(failed, time.perf_counter() - start, str(error))
-            failed[case.identity] = record["status"] == "failed"
-    return Done(failed, time.perf_counter() - start)
+                return Done(has_failed, time.perf_counter() - start, str(error))
+            has_failed[case.identity] = record["status"] == "failed"
+    return Done(has_failed, time.perf_counter() - start)
 
 
 def _memory_bytes() -> float:
