@@ -181,9 +181,11 @@ pub(crate) fn run(args: &HeightFieldArgs) -> Outcome {
     args.write_files(&field, term.as_ref())?;
     let tables = if args.tables { Some(args.build_tables(&config, &field)?) } else { None };
     let options = config.options();
+    // The relief of tables and series, magnified under a cover or of a body.
+    let inside = config.inside(field.clone());
     // κH, the largest phase of the screen: κ = 2π/λ·(cosθi + cosθo) is largest along the normal, and H is half of the
     // range of heights.
-    let kappa_h = 4.0 * PI / SHORTEST_UM * 0.5 * field.peak_to_valley_um();
+    let kappa_h = 4.0 * PI / SHORTEST_UM * 0.5 * inside.peak_to_valley_um();
     print_json(&Report {
         channel: read.channel,
         filled_points: config.fill.map(|_| read.filled),
@@ -203,7 +205,7 @@ pub(crate) fn run(args: &HeightFieldArgs) -> Outcome {
         made_tileable,
         term,
         chebyshev_terms: chebyshev_terms(kappa_h, options.tolerance),
-        table_bytes_estimate: options.demand(&field).table_bytes() as usize,
+        table_bytes_estimate: options.demand(&inside).table_bytes() as usize,
         tables,
         output: &args.output,
         preview: &args.preview,
