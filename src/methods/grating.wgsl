@@ -41,8 +41,8 @@ const WEIGHT_NODES_TAU: u32 = 96u;
 const WEIGHT_NODES_NU: u32 = 256u;
 // Number of nodes of the table of order 0 along each axis.
 const ORDER_ZERO_NODES: u32 = 48u;
-// Smallest divisor, of any unit, which keeps quotients finite.
-const DIVISOR_MIN: f32 = 1e-9;
+// Smallest divisor, of any unit, which keeps quotients finite; smaller than DIVISOR_MIN of common.wgsl.
+const GRATING_DIVISOR_MIN: f32 = 1e-9;
 
 // Numbers of a grating and layout of its tables; counterpart of `GratingUniform` in grating.rs.
 struct Grating {
@@ -188,7 +188,7 @@ fn spectral_weights(nu_m: f32, tau: f32) -> vec3<f32> {
 // from the normal, and its length √(1 - y²).
 fn order_zero(x: f32, y: f32) -> vec3<f32> {
     let squared_length = max(1.0 - y * y, 0.0);
-    let squared_cosine = max(1.0 - x * x / max(squared_length, DIVISOR_MIN), 0.0);
+    let squared_cosine = max(1.0 - x * x / max(squared_length, GRATING_DIVISOR_MIN), 0.0);
     let coordinates = sqrt(vec2<f32>(squared_cosine, squared_length));
     return interpolated_colour(grating.order_zero, vec2<u32>(ORDER_ZERO_NODES), coordinates);
 }
@@ -210,10 +210,10 @@ struct Line {
 // The line of a pair of directions with the sum q.
 fn line_of(q: vec2<f32>) -> Line {
     let length = length(q);
-    let direction = select(q / max(length, DIVISOR_MIN), vec2<f32>(1.0, 0.0), length < DIVISOR_MIN);
+    let direction = select(q / max(length, GRATING_DIVISOR_MIN), vec2<f32>(1.0, 0.0), length < GRATING_DIVISOR_MIN);
     let sign = select(1.0, -1.0, direction.x < 0.0);
     // Order n·sign has the frequency n·per_order along q.
-    let per_order = max(abs(direction.x) * grating.spacing_per_um, DIVISOR_MIN);
+    let per_order = max(abs(direction.x) * grating.spacing_per_um, GRATING_DIVISOR_MIN);
     let reach = REACH * grating.sigma_per_um;
     let low = (length * (NU_MIDDLE - NU_HALF) - reach) / per_order;
     let high = (length * (NU_MIDDLE + NU_HALF) + reach) / per_order;
@@ -245,7 +245,7 @@ fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
         return vec3<f32>(0.0);
     }
     let line = line_of(wi.xy + wo.xy);
-    let tau = grating.sigma_per_um / max(line.length, DIVISOR_MIN);
+    let tau = grating.sigma_per_um / max(line.length, GRATING_DIVISOR_MIN);
     let x_difference = wo.x - wi.x;
     let y = 0.5 * (wi.y - wo.y);
     // The sum begins with order 0, whose Gaussian reaches the visible range near the mirror direction only.
@@ -256,7 +256,7 @@ fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     for (var n = line.first; n <= line.last; n += 1.0) {
         let order = n * line.sign;
         let frequency = order * grating.spacing_per_um;
-        let nu_m = frequency * line.direction.x / max(line.length, DIVISOR_MIN);
+        let nu_m = frequency * line.direction.x / max(line.length, GRATING_DIVISOR_MIN);
         let b_m = frequency * line.direction.y / grating.sigma_per_um;
         let gauss = exp2(-0.5 * LOG2_E * b_m * b_m);
         // The Gaussian of most orders underflows to zero.
