@@ -14,7 +14,7 @@ pub fn linear_srgb_to_lab(rgb: [f64; 3]) -> [f64; 3] {
     xyz_to_lab(linear_srgb_to_xyz(rgb))
 }
 
-/// CIEDE2000 difference ΔE₀₀ of two CIELAB colours `[L*, a*, b*]`, with kL = kC = kH = 1. A difference of about 1 is
+/// CIEDE2000 difference ΔE₂₀₀₀ of two CIELAB colours `[L*, a*, b*]`, with kL = kC = kH = 1. A difference of about 1 is
 /// just noticeable.
 ///
 /// ```

@@ -50,8 +50,8 @@ pub struct ColourTableOptions {
     pub tiling: Tiling,
     /// Relative error of the spectral table from which colours are computed, in [`TOLERANCE`].
     pub tolerance: f64,
-    /// Factor on the number of samples along each axis, in [`RESOLUTION`]. At 1 the colour difference ΔE₀₀ from the
-    /// integral is below 1 for 99 % of the pixels.
+    /// Factor on the number of samples along each axis, in [`RESOLUTION`]. At 1 the colour difference ΔE₂₀₀₀ from the
+    /// integral is below 1 in 99 % of the directions.
     pub resolution: f64,
     /// Factor on the limits of memory and time of the spectral table, in [`crate::table::BUILD_LIMIT`].
     pub build_limit: f64,

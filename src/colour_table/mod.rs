@@ -6,7 +6,7 @@
 //! `F(q) = ∫ R(λ, |q|/2)·S(f; κ)/λ² · weight(λ) dλ`, with `f = (u, v)/λ` and `κ = 2πw/λ`.
 //!
 //! - `F`: linear sRGB in 1/sr. Colours outside sRGB have negative channels.
-//! - `S`: power density of the relief in µm² ([`crate::table`]), at the frequency `f` and the phase rate `κ`.
+//! - `S`: power spectrum of the relief in µm² ([`crate::table`]), at the frequency `f` and the phase rate `κ`.
 //! - `R`: reflectance of the interface at the half vector, whose cosine with either direction is `|q|/2`; 1 where the
 //!   caller applies it.
 //! - `weight`: linear sRGB per wavelength, for the CIE 1931 observer under D65 from 380 to 780 nm. `S/λ² = 1` at every

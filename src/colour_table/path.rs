@@ -1,8 +1,8 @@
 //! Integral over wavelength along rays of the frequency plane.
 //!
 //! The result is the colour F of the scattering vector (u, v, w), sampled on rings in the plane of (u, v). S(f; κ) is
-//! the power density of the relief in the spectral table, at the frequency f and the phase rate κ. R is the reflectance
-//! of the interface, and `weight` the linear sRGB per wavelength ([module](super)).
+//! the power spectrum of the relief in the spectral table, at the frequency f and the phase rate κ. R is the
+//! reflectance of the interface, and `weight` the linear sRGB per wavelength ([module](super)).
 //!
 //! At one direction φ of a ring of radius r, the wavelength λ reads the spectral table at the radial frequency
 //! `ρ = r/λ`. So the integrand lies on a ray from the origin, and `dλ/λ² = −dρ/r`:

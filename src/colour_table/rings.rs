@@ -13,10 +13,10 @@ use std::f64::consts::{SQRT_2, TAU};
 /// Wavelength in µm for which features are resolved: about the peak of blue. Shorter wavelengths have narrower features
 /// but little effect on the colour.
 const WAVELENGTH_UM: f64 = 0.45;
-/// Spacing of directions in standard deviations of an order. A cubic B-spline then errs by 0.5 % of a Gaussian's peak.
+/// Spacing of directions in standard deviations of an order. A cubic B-spline then errs by 1 % of a Gaussian's peak.
 const DIRECTION_SPACING: f64 = 0.87;
 /// Spacing of the rings near the centre in standard deviations of an order. It is finer than that of directions,
-/// because the cubic through four rings is less accurate than a B-spline: it errs by 7 % at a spacing of 1.
+/// because the cubic through four rings errs more than a B-spline: by 5 % instead of 2 % at a spacing of 1.
 const RING_SPACING: f64 = 0.45;
 /// Upper bound of the spacing of directions, in direction cosines. It acts at short coherence lengths, where it bounds
 /// the spacing of inner rings by 0.05. Larger values save little, since these tables are small; smaller ones enlarge
@@ -26,7 +26,7 @@ const SPACING_MAX: f64 = 0.1;
 /// colour matching functions, 0.04 to 0.09 of the radius. Larger values blur colours; smaller ones take more rings.
 const GROWTH: f64 = 0.025;
 /// Knots over w per feature: per half wave of the fastest fringe, and per e-fold of `1 + w/`[`W_LOG`]. This is enough
-/// for a ΔE₀₀ below 1 at 99 % of the pixels (`tests/core/colour_table.rs`).
+/// for a ΔE₂₀₀₀ below 1 in 99 % of the directions (`tests/core/colour_table.rs`).
 const KNOTS_PER_FEATURE: f64 = 1.3;
 /// Scale of w above which the additional knots of an aperiodic scan are spaced logarithmically. The taper of such a
 /// scan spreads order zero over all directions, and that light does not fall as w² near the horizon. Larger values

@@ -13,7 +13,8 @@
 //! | surface of heights from an array | [`SurfaceConfig::build_of`] | gratings only |
 //!
 //! Every build reads its tables from the [`Cache`] if they are there. The [`Origin`] in the result tells whether they
-//! were. Functions with an argument `index` ignore the configuration's `eta` and `k`; `None` reflects everything.
+//! were. Functions with an argument `index` ignore the configuration's `eta` and `k`, except for the body of a surface
+//! that transmits; `None` reflects everything.
 //!
 //! In a medium of index n the wavelength is λ/n. Tables are over λ, the wavelength in air. For a relief within a medium
 //! they are therefore built for the relief and the coherence window magnified n times. The medium is a cover

@@ -110,7 +110,7 @@ pub struct SurfaceConfig {
     /// Surface subtracted from the heights (default: `plane` for files, `none` for presets).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<Level>,
-    /// Continuation beyond the tile (default: `aperiodic` for files, `periodic` for presets).
+    /// Continuation beyond the tile (default: `aperiodic` for files by the scalar theory, else `periodic`).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tiling: Option<Tiling>,
     /// Size of the pattern along x and y relative to the relief given (default: 1). The coherence length stays.

@@ -127,8 +127,8 @@ impl SurfaceConfig {
         refuse_contradictions("the absence of \"filename\"", &of_files)
     }
 
-    /// Refuses sub-regions of a relief that is no skin, `elaphe` or `xenopeltis`, and one of the two parameters without
-    /// the other.
+    /// Refuses sub-regions of reliefs other than the skins `elaphe` and `xenopeltis`, and one of the two parameters
+    /// without the other.
     fn validate_regions(&self) -> Result<(), ConfigError> {
         // The parameter that messages name, and the one that is missing beside it.
         let (parameter, missing) = match (self.region_size, self.region_spread) {

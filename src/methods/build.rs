@@ -21,7 +21,7 @@ use crate::table::{COHERENCE_LENGTH_UM, Model, Progress, TOLERANCE, Tiling};
 ///
 /// Where the method evaluates only the relief's factor of the reflectance ([`super::AnswerKind::Relief`]), the caller
 /// multiplies it by the obliquity and shadowing factors of `surface`. With energy conservation the albedo table is
-/// built with these factors, so it is valid for them only. For a film ([`Options::body`]) it evaluates the whole
+/// built with these factors, so it is valid for them only. A method of a film ([`Options::body`]) evaluates the whole
 /// scattering function; only [`MethodKind::Table`] supports films. Numbers of terms and orders that `options` do not
 /// give follow from the surface's `tolerance`, a relative error.
 ///

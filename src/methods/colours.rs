@@ -37,7 +37,7 @@ pub(super) fn density() -> Result<Colours, ColourError> {
 /// The weights per µm divided by λ², on a uniform grid over 380 to 780 nm. Each channel is scaled so that its integral
 /// is 1.
 ///
-/// A constant spectrum that is sampled at wavelengths with a density proportional to `1/λ²` is then white.
+/// Summed with these weights over wavelengths of a density proportional to `1/λ²`, an S proportional to λ² is white.
 ///
 /// # Errors
 /// Never in practice: [`SpectralToRgb::visible`] accepts the step of 1 nm.

@@ -4,7 +4,7 @@
 //!
 //! `q = wi + wo = (u, v, w)` is the scattering vector, `f = (u, v)/λ_i` the spatial frequency and `κ = 2πw/λ_i` the
 //! phase rate. S is the power spectrum in µm² of the patch model (docs/model.md#the-reflectance), computed from a
-//! neighbourhood of wave orders (orders.rs).
+//! neighbourhood of diffraction orders (orders.rs).
 
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
@@ -24,7 +24,7 @@ const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("ord
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct FlssUniform {
-    /// Lattice of the tile's wave orders.
+    /// Lattice of the tile's diffraction orders.
     pub grid: OrderGrid,
     /// Number of wavelengths.
     pub wavelengths: u32,
@@ -43,8 +43,8 @@ pub struct Flss {
 }
 
 impl Flss {
-    /// Computes the wave orders of `field` for a coherence length in µm, four standard deviations of the window, and a
-    /// `tolerance`, a relative error. It reads `lambda_step_nm`, `terms`, `neighbourhood` and `series` of the options.
+    /// Computes the diffraction orders of `field` for a coherence length in µm, four standard deviations of the window,
+    /// and a `tolerance`, a relative error. The options `lambda_step_nm`, `terms`, `neighbourhood` and `series` apply.
     ///
     /// # Errors
     /// The errors of [`super::build`].

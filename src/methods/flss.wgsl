@@ -5,7 +5,7 @@
 
 // Uniform of the method; counterpart of `FlssUniform` in flss.rs.
 struct Flss {
-    // Lattice of the tile's wave orders.
+    // Lattice of the tile's diffraction orders.
     grid: OrderGrid,
     // Number of entries of `colours`.
     wavelengths: u32,

@@ -17,9 +17,9 @@
 // Order 0 has ν_m = 0 and no wavelength of its own; the colour of its efficiency is a table over directions.
 //
 // Efficiencies are tabulated over λ, t and a. With y the direction cosine along the grooves, t = νd·√(1 - y²). The wave
-// number of the incident wave along x is a·2π/d. The lines where t - a or t + a is a whole number divide the (t, a)
-// plane into cells; within a cell the same orders propagate. An order number counts the propagating orders of a cell
-// from 0, by ascending m. Nodes of a cell lie at fractional parts of t - a (`minus`) and of t + a (`plus`).
+// number of the incident wave along x is a·2π/d. Order m propagates where |a + m| < t. So the lines where t - a or
+// t + a is a whole number divide the (t, a) plane into cells, within which the same orders propagate. An order number
+// counts them from 0, by ascending m. Nodes of a cell lie at fractional parts of t - a (`minus`) and t + a (`plus`).
 
 // A test compares the constants below with those of Rust.
 
@@ -41,7 +41,7 @@ const WEIGHT_NODES_TAU: u32 = 96u;
 const WEIGHT_NODES_NU: u32 = 256u;
 // Number of nodes of the table of order 0 along each axis.
 const ORDER_ZERO_NODES: u32 = 48u;
-// Smallest divisor, of any unit, which keeps quotients finite.
+// Smallest divisor, of any unit, which keeps quotients finite; smaller than DIVISOR_MIN of common.wgsl.
 const GRATING_DIVISOR_MIN: f32 = 1e-9;
 
 // Numbers of a grating and layout of its tables; counterpart of `GratingUniform` in grating.rs.

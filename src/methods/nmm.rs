@@ -2,8 +2,8 @@
 //! light from wi leaves along wo. Sources are listed in docs/model.md#sources.
 //!
 //! `q = wi + wo = (u, v, w)` is the scattering vector, (Lx, Ly) the extent of the tile in µm, and S the power spectrum
-//! in µm², computed from a neighbourhood of wave orders like that of [`super::Flss`]. The *spans* are |u|Lx and |v|Ly,
-//! and N is their sum.
+//! in µm², computed from a neighbourhood of orders like that of [`super::Flss`]. The *spans* are |u|Lx and |v|Ly, and N
+//! is their sum.
 //!
 //! The list of wavelengths along x is `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`; that along y has v
 //! and Ly. The lists have the densities `|u|Lx/λ²` and `|v|Ly/λ²` over λ. The colour is a sum over both lists:
@@ -38,7 +38,7 @@ use std::f64::consts::PI;
 const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("nmm.wgsl")];
 
 /// Lower bound of the relative tolerance from which the neighbourhood of colours follows. The selection of wavelengths
-/// alone gives colours a relative error of 0.2 to 0.35 (docs/speed-error.md), so more orders would not help.
+/// alone gives colours a relative error of 0.2 to 0.3 (docs/speed-error.md), so more orders would not help.
 const COLOUR_TOLERANCE_MIN: f64 = 0.15;
 
 /// Wavelength in µm at which S is evaluated where both lists are left out and the answer is white.
@@ -48,7 +48,7 @@ pub(super) const WHITE_UM: f32 = TYPICAL_WAVELENGTH_UM as f32;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct NmmUniform {
-    /// Lattice of the tile's wave orders.
+    /// Lattice of the tile's diffraction orders.
     pub grid: OrderGrid,
     /// [`line_width`] along x and y.
     pub line_width: [f32; 2],
@@ -69,8 +69,8 @@ pub struct Nmm {
 }
 
 impl Nmm {
-    /// Computes the wave orders of `field` for a coherence length in µm, four standard deviations of the window, and a
-    /// `tolerance`, a relative error. It reads `terms`, `neighbourhood`, `series` and `weighted` of the options.
+    /// Computes the diffraction orders of `field` for a coherence length in µm, four standard deviations of the window,
+    /// and a `tolerance`, a relative error. The options `terms`, `neighbourhood`, `series` and `weighted` apply.
     ///
     /// # Errors
     /// The errors of [`super::build`].

@@ -12,7 +12,7 @@ const WHITE_UM: f32 = 0.55;
 
 // Uniform of the method; counterpart of `NmmUniform` in nmm.rs.
 struct Nmm {
-    // Lattice of the tile's wave orders.
+    // Lattice of the tile's diffraction orders.
     grid: OrderGrid,
     // Ratio of the mean over an order's cell to the peak, along x and y (`line_width` in nmm.rs).
     line_width: vec2<f32>,

@@ -11,8 +11,8 @@ use crate::transform::Series;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Accepted steps between wavelengths in nm. With steps above the range a constant spectrum is not white; finer steps
-/// than these gain no accuracy.
+/// Accepted steps between wavelengths in nm. Coarser steps leave channels with little or no weight; finer ones gain no
+/// accuracy.
 pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=100.0;
 /// Largest number of orders along each axis that an evaluation sums. Chosen to bound the time of an evaluation, which
 /// is proportional to its square.
@@ -215,8 +215,8 @@ pub enum MethodError {
     )]
     TooWide { needed: usize, limit: usize },
     #[error(
-        "the wave orders would take {needed_mb:.0} MB, more than the {limit_mb:.0} MB allowed; use a smaller tile, \
-         coarser pixels or fewer terms"
+        "the diffraction orders would take {needed_mb:.0} MB, more than the {limit_mb:.0} MB allowed; use a smaller \
+         tile, coarser pixels or fewer terms"
     )]
     TooLarge { needed_mb: f64, limit_mb: f64 },
     #[error("the surface has no period along x; give \"period_um\"")]

@@ -1,11 +1,11 @@
-//! Lattice of a tile's wave orders (symbols: orders.rs), in Rust and as the struct `OrderGrid` of orders.wgsl.
+//! Lattice of a tile's diffraction orders (symbols: orders.rs), in Rust and as the struct `OrderGrid` of orders.wgsl.
 
 use bytemuck::{Pod, Zeroable};
 
 /// Number of terms of the phase screen's series that the shader sums in one iteration of its unrolled loop.
 pub(super) const TERMS_MULTIPLE: usize = 8;
 
-/// The lattice of a tile's wave orders, as the shaders read it. Distances between positions are in orders: 1 between
+/// Lattice of a tile's diffraction orders, as the shaders read it. Distances between positions are in orders: 1 between
 /// neighbouring orders.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -23,7 +23,7 @@ pub(super) struct OrderGrid {
     pub series: u32,
     /// Half the range of heights, H, in µm.
     pub half_range_um: f32,
-    /// `4πs²` in µm²: the power spectrum S at the centre of an order with `|c_j|² = 1`.
+    /// Power spectrum S at the centre of an order with `|c_j|² = 1`, in µm²: `4πs²`, or `Lx·Ly·P·Q` in pq.rs.
     pub peak_um2: f32,
     /// Orders summed along each axis.
     pub neighbourhood: u32,

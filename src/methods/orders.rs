@@ -1,4 +1,4 @@
-//! The wave orders of a tile, and the sum over a neighbourhood of them (Single 2014, docs/model.md#sources).
+//! The diffraction orders of a tile, and the sum over a neighbourhood of them (Single 2014, docs/model.md#sources).
 //!
 //! | symbol | meaning |
 //! | --- | --- |

@@ -62,9 +62,9 @@ pub fn polynomial<R: Real>(x: R, coefficients: &[f64]) -> R {
 
 /// Quantile of the standard normal distribution, for `u` in (0, 1).
 ///
-/// It is `√2·erf⁻¹(2u − 1)`, by the two polynomials of Giles, *Approximating the erfinv function* (GPU Computing Gems
-/// Jade, 2011). The error is a few units in the last place of single precision. `u` is clamped so that the result stays
-/// within ±5.42.
+/// It is `√2·erf⁻¹(x)` with `x = 2u − 1`, by the two polynomials of Giles, *Approximating the erfinv function* (GPU
+/// Computing Gems Jade, 2011). The error is a few units in the last place of single precision. `u` is clamped so that
+/// the result stays within ±5.42.
 #[inline(always)]
 pub fn normal_quantile<R: Real>(u: R) -> R {
     /// Coefficients in `w − 2.5` for `w = −ln(1 − x²) < 5`, from Giles.

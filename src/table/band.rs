@@ -29,8 +29,8 @@ pub(super) struct Band {
 }
 
 impl Band {
-    /// Number of pixels of an autocorrelation whose spectrum is cut at `edge_per_um` (cycles/µm). Before the cut it has
-    /// `lags` pixels of the size `pixel_um`, which is the largest result.
+    /// Number of pixels, at most `lags`, of an autocorrelation whose spectrum is cut at `edge_per_um` (cycles/µm).
+    /// Before the cut it has `lags` pixels of the size `pixel_um`.
     pub(super) fn planned_pixels(lags: usize, pixel_um: f64, edge_per_um: f64) -> usize {
         // More than two pixels per cycle of the edge. The conversion saturates for any number of pixels.
         next_fast_len(((2.0 * edge_per_um * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)

@@ -23,8 +23,8 @@ const FLOATS_MAX: usize = u32::MAX as usize;
 /// knots would not help.
 const REFINEMENT_MIN: f64 = 0.2;
 /// Lower bound of a build's spacing over that of the build before. The fourth-power law of the error would reduce the
-/// spacing further where the error is more than 0.4⁻⁴ = 39 times too large. The law does not hold there, and would take
-/// more knots than needed (preset `blazed`: 25 instead of 20).
+/// spacing further where the error is more than 0.4⁻⁴ = 39 times that aimed at. The law does not hold there, and would
+/// take more knots than needed (preset `blazed`: 25 instead of 20).
 const REFINEMENT_STEP: f64 = 0.4;
 /// Fraction of the allowed error that the next spacing aims at. A smaller one costs knots, a larger one further builds.
 const REFINEMENT_AIM: f64 = 0.7;

@@ -43,7 +43,7 @@ impl CoherenceWindow {
     }
 
     /// Standard deviation in cycles/µm, along either axis, of an order's power density: `1/(2π√2·s)`. The density is
-    /// `K(f) = 4πs²·exp(−4π²s²|f|²)`, the squared transform of the window with the integral 1.
+    /// `K(f) = 4πs²·exp(−4π²s²|f|²)`, the squared transform of the window, scaled to the integral 1.
     pub fn order_sigma_per_um(self) -> f64 {
         1.0 / (TAU * self.sigma_um * SQRT_2)
     }

@@ -2,7 +2,7 @@
 //!
 //! A build transforms the relief at every knot in the phase rate κ, and computes a spline through the knots of every
 //! kept node: a node that the look-up of some pair of directions reads. The numbers of knots and nodes follow from
-//! sizes and options. An estimate transforms nothing and allocates at most a few kB, so that an endless build is
+//! sizes and options. An estimate transforms nothing and allocates at most 20 kB, so that an endless build is
 //! refused at once.
 //!
 //! - `knots`: number of knots in the range of κ. Knots beyond its upper end are transformed as well:
@@ -162,22 +162,21 @@ pub struct BuildDemand {
 impl BuildDemand {
     /// Cost of the build with the current number of threads.
     pub fn estimate(&self) -> Estimate {
-        let own = self.table();
+        let table = self.table();
         let Purpose::Surface { energy } = self.purpose else {
-            return Estimate { bytes: own.peak_bytes, seconds: own.seconds };
+            return Estimate { bytes: table.peak_bytes, seconds: table.seconds };
         };
-        // Size of the table and its sampler.
-        let own_bytes = own.table_bytes * (1.0 + SAMPLER_FRACTION);
-        let mut peak_bytes = own.peak_bytes.max(own_bytes);
-        let mut seconds = own.seconds * (1.0 + SAMPLER_FRACTION);
+        let with_sampler_bytes = table.table_bytes * (1.0 + SAMPLER_FRACTION);
+        let mut peak_bytes = table.peak_bytes.max(with_sampler_bytes);
+        let mut seconds = table.seconds * (1.0 + SAMPLER_FRACTION);
         if energy > 0.0 {
             // A patch is divided by the albedo of its ensemble. The ensemble's table has no sampler, and is built while
             // the patch's table and sampler are in memory.
             let albedo_source = match self.model {
-                Model::Ensemble => own,
+                Model::Ensemble => table,
                 Model::Patch => {
                     let ensemble = Self { model: Model::Ensemble, ..self.clone() }.table();
-                    peak_bytes = peak_bytes.max(own_bytes + ensemble.peak_bytes);
+                    peak_bytes = peak_bytes.max(with_sampler_bytes + ensemble.peak_bytes);
                     seconds += ensemble.seconds;
                     ensemble
                 }

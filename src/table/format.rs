@@ -60,7 +60,7 @@ impl Format {
         }
     }
 
-    /// Number of packets that contain any four consecutive coefficients.
+    /// Number of packets that a look-up reads: enough for four consecutive coefficients at any position.
     pub(super) fn packets_read(self) -> usize {
         if self == Self::Single { 2 } else { 3 }
     }

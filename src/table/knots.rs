@@ -15,13 +15,13 @@ pub(super) const KAPPA_MAX: f64 = TAU * FREQUENCY_MAX_PER_UM;
 /// with `|p|⁶ ≈ 4e-4` of their error, where p is the pole of `spline.rs`.
 pub(super) const EXTRA_KNOTS: i64 = 6;
 
-/// First knot spacing at a tolerance of 1, in units of 1/bandwidth. A cubic B-spline errs by about `(a/2π)⁴` on a wave
-/// of `a` rad per knot, so the spacing scales with the fourth root of the tolerance. 13 is the widest spacing with
-/// which any of the presets and scans meets its tolerance. A smaller one costs knots, a larger one a second build.
+/// First knot spacing at a tolerance of 1, in units of 1/bandwidth. The error of a cubic B-spline goes as the fourth
+/// power of its spacing, so the spacing scales with the fourth root of the tolerance. At a wider spacing than 13 no
+/// preset or scan meets its tolerance, and all need a second build. A smaller one costs knots.
 const KNOT_SPACING: f64 = 13.0;
 
-/// Number of nodes up to which a table counts as small: at most a few hundred kB. Its splines then have finer knots and
-/// single-precision coefficients.
+/// Number of nodes up to which a table counts as small: about half a MB for a relief 1 µm deep. Its splines then have
+/// finer knots and single-precision coefficients.
 pub(super) const FEW_NODES: usize = 4096;
 
 /// Fraction of the tolerance that is left to the splines of a table whose nodes may have deep gaps, ranges of κ where
@@ -55,14 +55,14 @@ pub(super) fn knot_step(quantity: NodeQuantity, half_range_um: f64, spacing: f64
 ///
 /// Since `|wi + wo| ≤ 2`, `|f|² + (κ/2π)² ≤ (2/λmin)²`.
 pub(super) fn kappa_reached([fx, fy]: [f64; 2]) -> Option<f64> {
-    /// Relative increase for the rounding of κ in look-ups: 80 roundings of single precision, where a look-up has few.
+    /// Relative increase for the rounding of κ in look-ups: 84 units in the last place of 1. κ errs by a few.
     const ROUNDING: f64 = 1e-5;
     let rest = FREQUENCY_MAX_PER_UM.powi(2) - fx.powi(2) - fy.powi(2);
     (rest >= 0.0).then(|| TAU * rest.sqrt() * (1.0 + ROUNDING))
 }
 
-/// Smallest absolute frequency in cycles/µm along an axis whose look-up reads the node of number `node`: half the taps
-/// closer to zero.
+/// Smallest absolute frequency in cycles/µm along an axis whose look-up reads the node of number `node`. It lies half
+/// the taps closer to zero.
 pub(super) fn nearest_frequency(axis: &LatticeAxis, node: f64) -> f64 {
     (node.abs() - 0.5 * axis.taps as f64).max(0.0) / axis.period_um
 }

@@ -184,7 +184,7 @@ const GRATING_TAIL_FACTOR: f64 = 400.0;
 /// nodes per look-up, the resampled one stores more nodes by this ratio.
 const NATIVE_RATIO: f64 = 1.5;
 
-/// Smallest number of pixels of a resampled axis, so that its kernel does not overlap itself.
+/// Smallest number of pixels of a resampled axis, so that kernels of up to eight taps do not overlap themselves.
 const PIXELS_MIN: f64 = 8.0;
 
 /// Largest number of pixels of a resampled axis, so that sums of a plan's numbers stay in range where `usize` has 32

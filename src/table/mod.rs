@@ -1,4 +1,4 @@
-//! Tables of the power density `S(f; κ)` of a relief (docs/model.md#the-reflectance), and their look-up.
+//! Tables of the power spectrum `S(f; κ)` of a relief (docs/model.md#the-reflectance), and their look-up.
 //!
 //! | symbol | meaning |
 //! | --- | --- |

@@ -66,7 +66,7 @@ impl NodeCurve {
     }
 
     /// Power of a node at this κ from its record; zero beyond the record's end. Where the power is about zero, the
-    /// spline may be negative by the tolerance.
+    /// result may be negative by the tolerance.
     pub fn power(&self, record: &[f32]) -> f64 {
         let Some(c) = record[HEADER..].get(self.first..self.first + 4) else { return 0.0 };
         let spline: f64 = self.weights.iter().zip(c).map(|(w, &c)| w * c as f64).sum();

@@ -151,7 +151,8 @@ impl Spectrum {
     }
 
     /// Autocorrelation of the tapered screen, limited to the bands, `[lag y][lag x]` in FFT order. The number of lags
-    /// along an axis is that of the band's bins. Lag zero is 1 where the tile repeats, else the taper's power.
+    /// along an axis is that of the band's bins. Without the limit, lag zero is 1 where the tile repeats, else the
+    /// taper's power.
     fn autocorrelation(&self, kappa: f64) -> Vec<Complex64> {
         let (gx, gy) = self.screen_grid;
         let mut screen = self.tapered_screen(kappa);

@@ -2,10 +2,9 @@
 //!
 //! A look-up at the frequency f in cycles/µm and the phase rate κ in rad/µm reads `taps.x · taps.y` nodes. Of each node
 //! it reads the entry and the packets that contain four consecutive spline coefficients. Packets begin at multiples of
-//! their length, so six or eight coefficients are read, some with weights of zero: three packets of two or two of four
-//! ([`Format`]). Symbols are those of the
-//! [module](super), formulas of a node those of [`super::SpectralTable`], and the words of entries and packets those of
-//! [`Format`].
+//! their length, so six or eight coefficients are read, some with weights of zero: three packets of two or two of four.
+//! Symbols are those of the [module](super), formulas of a node those of [`super::SpectralTable`], and the words of
+//! entries and packets those of [`Format`].
 
 use super::format::Format;
 use super::kernel::InterpolationKernel;
@@ -15,7 +14,7 @@ use crate::numeric::{Index, Number, Numbers, Real};
 use std::f64::consts::LOG2_E;
 
 /// Largest number of nodes in a row that are read without a loop, so that recorded kernels need no nested loops. Longer
-/// rows would make kernels slow to compile. All tables of the default tolerance have shorter rows.
+/// rows would make kernels slow to compile. Presets with the default coherence length and tolerance have shorter ones.
 const UNROLLED_TAPS: u32 = 8;
 
 /// Evaluator of a [`super::PackedTable`] over the numbers `N`.
@@ -58,8 +57,8 @@ impl<N: Numbers> TableView<N> {
         self.density_of(f, kappa, None, active)
     }
 
-    /// [`TableView::density`] of a table whose orders are narrower than its own by the factor `window`, at most 1, with
-    /// their peaks unchanged. `None` stands for 1. Tables whose nodes are not orders need `None`.
+    /// [`TableView::density`] with the widths of all orders, but not their peaks, multiplied by `window`, at most 1.
+    /// `None` stands for 1. Tables whose nodes are not orders need `None`.
     #[inline(always)]
     pub(crate) fn density_of(
         &self,

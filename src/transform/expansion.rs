@@ -49,7 +49,7 @@ pub fn chebyshev_terms(kappa_h: f64, tolerance: f64) -> usize {
 /// Number of Taylor terms that represent `exp(iκh)` with an absolute error of at most `tolerance`, for all |h| ≤ H and
 /// κH up to `kappa_h`; at least 1.
 ///
-/// Rounding is not included; see [`Series::Taylor`].
+/// Rounding is not included; see [`Series::Taylor`]. `kappa_h` is at most 700, since terms of about `e^{κH}` overflow.
 pub fn taylor_terms(kappa_h: f64, tolerance: f64) -> usize {
     let mut term = 1.0;
     let mut n = 0;

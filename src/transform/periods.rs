@@ -33,7 +33,8 @@ pub struct Period {
     pub period_um: f64,
     /// Direction of the wave vector in degrees from +x, in (−90, 90].
     pub direction_deg: f64,
-    /// Fraction of the heights' variance within 10 % of this frequency along the axis, in waves within 45° of the axis.
+    /// Fraction of the heights' variance within 10 % of this frequency along the axis, or one bin if that is more, in
+    /// waves within 45° of the axis.
     pub power_share: f64,
 }
 
