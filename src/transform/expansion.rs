@@ -49,14 +49,15 @@ pub fn chebyshev_terms(kappa_h: f64, tolerance: f64) -> usize {
 /// Number of Taylor terms that represent `exp(iκh)` with an absolute error of at most `tolerance`, for all |h| ≤ H and
 /// κH up to `kappa_h`; at least 1.
 ///
-/// Rounding is not included; see [`Series::Taylor`]. `kappa_h` is at most 700, since terms of about `e^{κH}` overflow.
+/// Rounding is not included; see [`Series::Taylor`].
 pub fn taylor_terms(kappa_h: f64, tolerance: f64) -> usize {
-    let mut term = 1.0;
+    // Logarithms, since terms reach `e^{κH}`.
+    let (mut log_term, log_accepted) = (0.0, (0.5 * tolerance).ln());
     let mut n = 0;
     // For n > 2κH terms decrease at least by half, so the error is at most twice the first neglected term.
-    while (n as f64) < 2.0 * kappa_h || 2.0 * term > tolerance {
+    while (n as f64) < 2.0 * kappa_h || log_term > log_accepted {
         n += 1;
-        term *= kappa_h / n as f64;
+        log_term += (kappa_h / n as f64).ln();
     }
     n.max(1)
 }
