@@ -12,9 +12,6 @@ from __future__ import annotations
 
 import json
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import mitsuba as mi
 import numpy as np
@@ -38,10 +35,12 @@ from tests.judges.crossed.model import (
 )
 from tests.judges.crossed.relief import Relief, synthetic
 from tests.judges.crossed.solver import Resolution, solve
+from tests.judges.gratings.covers import transmittances
 
 from .bsdf_calls import CALLS, RELIEFS, VARIANTS, call_ns
 from .page import images, insist
 from .skin_scans import SKINS, scans_present
+from .svg import save
 
 PART = "skins-validity"
 # Largest angle of incidence of near lights.
@@ -50,9 +49,6 @@ REACH_DEG = 60.0
 COST_MAX = 1.15
 # Colours of the forms in the plot.
 COLOURS = dict(zip((form.name for form in FORMS), ("k", "tab:blue", "tab:cyan", "tab:orange", "tab:red")))
-
-# The SVG has text instead of outlines, and equal numbers give identical files.
-plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
 
 
 def misplaced_by_light(relief: Relief, case: Case, form: Form, judged: list[Answer]) -> list[float]:
@@ -86,7 +82,9 @@ def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...
     """
     by_form = {form.name: misplaced_by_light(relief, case, form, judged) for form in forms}
     near = [answer for answer in judged if is_near(answer)]
-    of_flat = [answer.unpolarised.sum() / fresnel(case.eta, answer.light.theta_deg) for answer in near]
+    # Fresnel's reflectances of a flat surface.
+    flat = [1 - transmittances(case.eta, answer.light.wi[2]).mean() for answer in near]
+    of_flat = [answer.unpolarised.sum() / reflectance for answer, reflectance in zip(near, flat)]
     return {
         "skin": case.crop.skin,
         "crop": case.crop.name,
@@ -104,15 +102,6 @@ def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...
         "residual": max(answer.residual for answer in judged),
         "by_light": {name: [float(value) for value in values] for name, values in by_form.items()},
     }
-
-
-def fresnel(eta: float, theta_deg: float) -> float:
-    """Reflectance of a flat dielectric of index `eta` for unpolarised light."""
-    cos = np.cos(np.radians(theta_deg))
-    # eta times the cosine of the refracted angle, by Snell's law.
-    inside = np.sqrt(eta**2 - 1 + cos**2)
-    s, p = (cos - inside) / (cos + inside), (eta**2 * cos - inside) / (eta**2 * cos + inside)
-    return float(0.5 * (s**2 + p**2))
 
 
 def means_by(quantity: str, rows: list[dict], by_case: dict, skin: str, form: Form) -> dict[float, float]:
@@ -287,6 +276,4 @@ def draw(path, skins: list[dict]) -> None:
         ax.set(title=f"scan of {of_skin['skin']}", xlabel="θi in degrees", xticks=(0, 30, 60, 75), ylim=(0, None))
     axes[0].set_ylabel("misplaced power in %")
     axes[0].legend(fontsize=8, frameon=False)
-    figure.tight_layout()
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
+    save(figure, path)

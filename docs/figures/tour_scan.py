@@ -20,7 +20,7 @@ from mitsuba_scenes.tool import sunbeam
 
 from .appearance import read_exr
 from .page import insist
-from .rgb_against_spectral import XYZ_OF_SRGB
+from .rgb_against_spectral import LUMINANCE
 from .tip import seen_profile, seen_tile
 
 PART = "tour-scan"
@@ -212,7 +212,7 @@ def write_lit_mask(reference: Path, file: Path) -> Path:
 
     `reference` is the EXR of the map. Returns `file`.
     """
-    luminance = read_exr(reference) @ XYZ_OF_SRGB[1]
+    luminance = read_exr(reference) @ LUMINANCE
     white = np.quantile(luminance[luminance > 0], WHITE)
     Image.fromarray(((luminance > LIT * white) * 255).astype(np.uint8)).save(file)
     return file
