@@ -1,4 +1,4 @@
-"""Marks on pictures of the snake: boxes, insets, a compass, the direction of the light.
+"""Marks on pictures of the snake: boxes, insets, a compass, and a cone that shows the direction of the light.
 
 All functions but `project` draw onto the picture in place. The scene's frame is that of mitsuba_scenes/scene.py: cm, z
 up. In pictures x is to the right, and y down from the top.

@@ -1,8 +1,8 @@
 """Part `skins-validity` of the documentation (page.py): the model on measured skins against Maxwell's equations.
 
-The relief is a crop of a scan, repeated as a tile. A *case* is a crop with a smoothing, a factor on its heights and a
-refractive index. An independent solver, the *judge* (tests/judges/crossed), gives the true powers of its orders for
-several lights; its answers are stored. A *form* is the model with one choice of obliquity factor, energy
+The relief is a crop of a scan, repeated as a tile. A *case* is a crop with a smoothing in pixels, a factor on its
+heights and a refractive index. An independent solver, the *judge* (tests/judges/crossed), gives the true powers of its
+orders for several lights; its answers are stored. A *form* is the model with one choice of obliquity factor, energy
 conservation and shadowing (docs/model.md); `stam` and `small_slope` are such forms. *Misplaced* power is the fraction
 of the reflected power that a form puts into wrong orders. It is summarised over *near* lights, up to REACH_DEG of
 incidence, and over *grazing* ones beyond.
@@ -85,6 +85,8 @@ def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...
     # Fresnel's reflectances of a flat surface.
     flat = [1 - transmittances(case.eta, answer.light.wi[2]).mean() for answer in near]
     of_flat = [answer.unpolarised.sum() / reflectance for answer, reflectance in zip(near, flat)]
+    # Finer than the crop's pixels, to find the extremes of the heights.
+    heights = relief.sampled(201, 201).heights
     return {
         "skin": case.crop.skin,
         "crop": case.crop.name,
@@ -93,7 +95,7 @@ def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...
         "eta": case.eta,
         "period_um": list(relief.period),
         "rms_slopes": list(relief.rms_slopes()),
-        "peak_to_valley_um": float(np.ptp(relief.sampled(201, 201).heights)),
+        "peak_to_valley_um": float(np.ptp(heights)),
         "lights": len(judged),
         "near": {name: summary(values, judged, near=True) for name, values in by_form.items()},
         "grazing": {name: summary(values, judged, near=False) for name, values in by_form.items()},
@@ -132,11 +134,11 @@ def one_dimension() -> float:
     words = ("--preset", "sinusoidal", "--period", period_um, "--height", height_um, "--eta", KERATIN)
     largest = 0.0
     for theta_deg, phi_deg in ((20.0, 0.0), (60.0, 35.0)):
-        own = solve(wave, 550.0, theta_deg, phi_deg, KERATIN, Resolution(cutoff_per_um=9.0, nodes=12))
+        judged = solve(wave, 550.0, theta_deg, phi_deg, KERATIN, Resolution(cutoff_per_um=9.0, nodes=12))
         light = ("--theta-i", theta_deg, "--phi-i", phi_deg)
         report = json.loads(sunbeam("orders", *words, "--theory", "rigorous", *light, "--json"))
-        other = {order["order"]: order["mean"] for order in report["orders"]}
-        largest = max(largest, *(abs(power - other[order]) for order, power in zip(own.jx, own.unpolarised)))
+        other = {entry["order"]: entry["mean"] for entry in report["orders"]}
+        largest = max(largest, *(abs(power - other[order]) for order, power in zip(judged.jx, judged.unpolarised)))
     return float(largest)
 
 

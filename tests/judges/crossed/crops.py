@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import json
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
+from docs.figures.skin_scans import levelled, read
 from mitsuba_scenes.crosscheck.cases import SCANS
-from mitsuba_scenes.tool import sunbeam
 
 from .relief import Relief, harmonics
 
@@ -43,20 +40,14 @@ CROPS = (
 
 def scanned(skin: str) -> tuple[np.ndarray, float]:
     """Heights of a scan in µm, `[iy, ix]`, and the edge of its pixels in µm."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "heights.npy"
-        report = json.loads(sunbeam("height-field", "--height-field", SCANS[skin], "--level", "none", "-o", path))
-        return np.load(path), report["pixel_um"][0]
+    return read("--height-field", SCANS[skin])
 
 
 def cropped(heights: np.ndarray, pixel_um: float, crop: Crop, smoothing: float) -> Relief:
     """The crop of a scan's heights in µm; `smoothing` is the standard deviation of a Gaussian in pixels."""
     (y, x), (rows, columns) = crop.first, crop.size
     part = heights[y - FADE : y + rows, x - FADE : x + columns].astype(float)
-    # Subtracts the plane of a least-squares fit.
-    iy, ix = np.indices(part.shape)
-    basis = np.stack([np.ones(part.size), ix.ravel(), iy.ravel()], axis=1)
-    part = part - (basis @ np.linalg.lstsq(basis, part.ravel(), rcond=None)[0]).reshape(part.shape)
+    part = levelled(part)
     for axis in (0, 1):
         part = faded(part, axis)
     # Frequencies in cycles per pixel, and the Gaussian's transfer function.
