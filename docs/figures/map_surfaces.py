@@ -23,7 +23,7 @@ from .heights import height_field
 
 # Species with a scan and a preset.
 SKINS = ("elaphe", "xenopeltis")
-# Edge of the presets' tiles, and the default coherence length.
+# Edge of `Surfaces.blazed_tile`, and the default coherence length.
 TILE_UM = 65.0
 # Period of the blazed grating, equal to the preset's. A tile has 26 periods.
 PERIOD_UM = 2.5
