@@ -72,7 +72,7 @@ def expect_no_violations(page, axe):
 def test_axe_finds_no_violation(page, axe):
     page.open(size=SMALL)
     expect_no_violations(page, axe)
-    # The same with all parts of the page shown.
+    # Again with all parts of the page shown.
     page.js("for (const hidden of document.querySelectorAll('[hidden]')) hidden.hidden = hidden.id === 'still'")
     page.js("document.querySelector('#message span').textContent = 'A line.'")
     page.js("document.querySelector('#progress-text').textContent = 'Making'")
