@@ -242,7 +242,7 @@ def test_orders_have_the_powers_of_the_judge():
 
     def powers(variant):
         value, _ = eval_pdf(covered(variant, **surface), wi, wo, nm)
-        return value[:, 0] / wo[:, 2] * covers.power_of_value(setting)
+        return value[:, 0] / wo[:, 2] * covers.power_of_value(setting.wavelength_nm)
 
     means, states = covers.through_means(answer), covers.through_states(answer)
     assert len(means) == 2

@@ -7,17 +7,16 @@ linear function of x and y, which is the phase of the plane wave. For a period a
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from mitsuba_scenes.crosscheck.realtime import surface_words
-from mitsuba_scenes.tool import sunbeam
+
+from .heights import height_field
 
 # Edge of a cut-out, equal to that of the scans.
 EDGE_UM = 6.5
@@ -57,14 +56,11 @@ def cut_out(skin: dict, axis: str) -> CutOut:
     `skin` has parameters of the plugin `diffraction`. Its rotation is ignored, since axes are those of the relief. A
     scan is used as a whole, a preset is cropped to a square at its origin with the edge EDGE_UM.
     """
-    with TemporaryDirectory() as scratch:
-        npy = Path(scratch) / "heights.npy"
-        arguments = surface_words({name: value for name, value in skin.items() if name != "rotation"})
-        is_scan = "filename" in skin
-        if not is_scan:
-            arguments += ["--crop", f"0,0,{EDGE_UM},{EDGE_UM}", "--tiling", "aperiodic"]
-        report = json.loads(sunbeam("height-field", *arguments, "-o", npy))
-        heights_um = np.load(npy)
+    arguments = surface_words({name: value for name, value in skin.items() if name != "rotation"})
+    is_scan = "filename" in skin
+    if not is_scan:
+        arguments += ["--crop", f"0,0,{EDGE_UM},{EDGE_UM}", "--tiling", "aperiodic"]
+    heights_um, report = height_field(*arguments)
     period_um, pixel_um = report["periods"][axis]["period_um"], report["pixel_um"][0]
     return CutOut(heights_um, pixel_um, axis, period_um, wave_shift_um(heights_um, pixel_um, axis, period_um))
 

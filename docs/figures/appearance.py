@@ -11,7 +11,7 @@ from PIL import Image
 from mitsuba_scenes.crosscheck import realtime
 from mitsuba_scenes.render import EXPOSURE_STOPS
 
-from .rgb_against_spectral import XYZ_OF_SRGB, lab
+from .rgb_against_spectral import LUMINANCE, lab
 
 
 def read_exr(path: Path) -> np.ndarray:
@@ -33,8 +33,7 @@ def mean_chroma(linear: np.ndarray, mask: Path) -> float:
 
 def greyed(linear: np.ndarray) -> np.ndarray:
     """A linear picture (..., 3) in grey, with the luminance of every pixel unchanged."""
-    # XYZ_OF_SRGB[1] gives Y.
-    return np.repeat((linear @ XYZ_OF_SRGB[1])[..., None], 3, axis=-1)
+    return np.repeat((linear @ LUMINANCE)[..., None], 3, axis=-1)
 
 
 def mean_delta_e(reference: Path, other: Path, mask: Path) -> float:

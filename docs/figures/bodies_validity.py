@@ -26,7 +26,7 @@ THEORIES = {
     "rigorous": transmitted.rigorous,
 }
 
-# Gratings whose tables are measured, with parameters of the plugin: those with periods of up to 2 µm.
+# Names and gratings whose tables are measured: those with periods of up to 2 µm.
 TABULATED = [(name, grating) for name, grating in transmitted.GRATINGS if grating.period <= 2.0]
 # Description of a rigorous surface's tables in the plugin's text for an object: megabytes, seconds to build, and error
 # of an order.
@@ -42,6 +42,7 @@ def table_errors(grating: transmitted.Grating) -> dict:
     found = {"period_um": grating.period, "height_um": grating.height}
     for body in ("film", "interface"):
         relief = {"preset": grating.preset, "period": grating.period, "height": grating.height}
+        # Ten times the plugin's limits of building, so that no table is refused.
         surface = {"type": "diffraction", **relief, "eta": transmitted.ETA, "theory": "rigorous", "build_limit": 10.0}
         described = str(mi.load_dict({**surface, "transmission": body}))
         match = TABLES.search(described)

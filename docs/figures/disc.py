@@ -13,7 +13,7 @@ import numpy as np
 INNER_RADIUS_CM = 2.3
 # Outer radius of a compact disc's tracks.
 OUTER_RADIUS_CM = 5.8
-# Height above the scenes' ground z = 0. At height 0 both surfaces would coincide; a larger one would show.
+# Height above the scenes' ground z = 0. At height 0 disc and ground would coincide; a larger height would show.
 HEIGHT_CM = 0.2
 # Quadrilaterals of the mesh around the ring. More make the outline rounder.
 ANGULAR_CELLS = 240

@@ -56,7 +56,7 @@ def ratio_grid(first: float, last: float, count: int) -> np.ndarray:
     return np.unique(np.round([*np.linspace(first, last, count), *extra], 6))
 
 
-# λ/d of curves in aluminium: 300 to 885 nm, the range of Mitsuba's data.
+# λ/d of curves in aluminium: 300 to 883 nm, within the range of Mitsuba's data.
 ALUMINIUM_RATIOS = ratio_grid(0.36, 1.06, 71)
 # λ/d of curves in a perfect conductor.
 PERFECT_RATIOS = ratio_grid(0.3, 1.9, 81)

@@ -9,25 +9,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+
+from .svg import save
 
 # Key in the data, colour and label of each polarisation.
 POLARISATIONS = (("te", "tab:blue", "TE"), ("tm", "tab:red", "TM"))
 # Label of efficiencies in a Littrow mount, where the diffracted light returns along the incident light.
 LITTROW_LABEL = "efficiency of the order that goes back"
-
-# The SVG has text instead of outlines, and equal numbers give identical files.
-plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
-
-
-def save(figure, path: Path) -> None:
-    """Writes and closes a figure."""
-    figure.tight_layout()
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
 
 
 def littrow(ax, curves: dict, passing_off: tuple, title: str) -> None:

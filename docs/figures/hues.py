@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .rgb_against_spectral import XYZ_OF_SRGB, lab
+from .rgb_against_spectral import LUMINANCE, lab
 
 # Fraction of the non-black pixels that a picture's exposure clips. A larger one makes dim pixels visible, a smaller one
 # keeps the hues of bright ones.
@@ -77,8 +77,7 @@ def histogram(pixels: np.ndarray) -> np.ndarray:
     """
     visible = shown(pixels)
     colours = lab(visible)
-    # XYZ_OF_SRGB[1] gives the luminance.
-    counted = (np.hypot(colours[:, 1], colours[:, 2]) > COLOURED) & (visible @ XYZ_OF_SRGB[1] > DARK)
+    counted = (np.hypot(colours[:, 1], colours[:, 2]) > COLOURED) & (visible @ LUMINANCE > DARK)
     counts, _ = np.histogram(hue_deg(colours[counted]), bins=360 // BIN_DEG, range=(0, 360))
     return counts / max(counts.sum(), 1)
 
@@ -118,4 +117,4 @@ def dark_share(pixels: np.ndarray, among: np.ndarray) -> float:
 
     The exposure is that of all pixels, not only of those in the mask.
     """
-    return float((shown(pixels) @ XYZ_OF_SRGB[1] < DARK)[among].mean())
+    return float((shown(pixels) @ LUMINANCE < DARK)[among].mean())

@@ -132,7 +132,7 @@ def white_spot(maps: Maps, panels: list[Panel]) -> dict:
         name = {"(a) FLSS, centre": "flss", "(b) NMM, centre": "nmm"}.get(panel.caption)
         if name:
             exposure = maps.drawn(panel.words()).exposure
-            # The default exposure clips 1 % of the disc. A thousandth of it clips nothing, and the division by the
+            # The default exposure clips 1 % of the lit pixels. A thousandth of it clips nothing; the division by the
             # largest value replaces it.
             linear = decoded(maps.drawn(panel.words(), exposure / 1000).png)
             linear /= linear.max()

@@ -123,7 +123,7 @@ class Maps:
     def drawn(self, words: tuple, exposure: float | None = None) -> DrawnMap:
         """The map with the arguments `words` of `sunbeam brdf-map`.
 
-        `exposure` is a factor. By default the command chooses the exposure that clips 1 % of the disc.
+        `exposure` is a factor. By default it clips 1 % of the pixels that are not black.
         """
         key = (*words, exposure)
         if key not in self._drawn:

@@ -10,21 +10,20 @@ repeat.
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 from PIL import Image, ImageDraw
 
 from mitsuba_scenes.crosscheck.cases import SCANS
-from mitsuba_scenes.tool import sunbeam
+
+from .heights import height_field
 
 # Species with a scan and a preset.
 SKINS = ("elaphe", "xenopeltis")
-# Edge of the presets' tiles, and the default coherence length.
+# Edge of `Surfaces.blazed_tile`, and the default coherence length.
 TILE_UM = 65.0
 # Period of the blazed grating, equal to the preset's. A tile has 26 periods.
 PERIOD_UM = 2.5
@@ -131,10 +130,8 @@ def read_heights(*words) -> tuple[np.ndarray, float]:
 
     The array is shared by all callers, so they must not change it.
     """
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / "heights.npy"
-        report = json.loads(sunbeam("height-field", *words, "-o", file))
-        return np.load(file), report["pixel_um"][0]
+    heights_um, report = height_field(*words)
+    return heights_um, report["pixel_um"][0]
 
 
 def cut_out(surface: Surface, edge_um: float, bar_um: float | None, pixels: int) -> Image.Image:

@@ -1,4 +1,4 @@
-"""Marks on pictures of the snake: boxes, insets, a compass, the direction of the light.
+"""Marks on pictures of the snake: boxes, insets, a compass, and a cone that shows the direction of the light.
 
 All functions but `project` draw onto the picture in place. The scene's frame is that of mitsuba_scenes/scene.py: cm, z
 up. In pictures x is to the right, and y down from the top.
@@ -14,18 +14,12 @@ from mitsuba_scenes.scene import View
 
 # Colour of boxes and letters, sRGB bytes.
 RED = (225, 30, 30)
-# Colour of the cone's side, sRGB bytes.
-CONE_SIDE = (140, 140, 140)
-# Colour of the cone's base, sRGB bytes.
-CONE_BASE = (190, 190, 190)
-# Colour of the outline of the cone's base, sRGB bytes.
-CONE_RIM = (20, 20, 20)
 # Magnification of insets.
 ENLARGED = 3
-# Length of the cone that shows the light's direction.
-CONE_CM = 3.0
-# Base radius of the cone.
-CONE_RADIUS_CM = 0.35
+# Length and base radius of the cone that shows the light's direction.
+CONE_CM, CONE_RADIUS_CM = 3.0, 0.35
+# Colours of the cone's side, its base and the base's outline, sRGB bytes.
+CONE_SIDE, CONE_BASE, CONE_RIM = (140, 140, 140), (190, 190, 190), (20, 20, 20)
 
 
 def project(view: View, point_cm) -> tuple[float, float]:

@@ -67,7 +67,7 @@ BLAZED_PERIODS = 26
 ELAPHE_TILE_UM = 57 * 1.14426
 # Numbers of repeats of the tile along x for PQ, by grating. The last number of `blazed` is BLAZED_PERIODS.
 REPEATS = {"blazed": (2, 3, 5, 10, 26), "elaphe": (1, 2, 3, 5, 10)}
-# Edge of the sub-regions of `xenopeltis`, squares of slightly different period; two fit along each axis of the tile.
+# Approximate edge of the sub-regions of `xenopeltis`, squares of slightly different period: two along each axis.
 REGION_SIZE_UM = 33
 # Relative spread of the sub-regions' spatial frequencies, to either side. At this value each of the two ridges is the
 # brighter one at some wavelengths.
@@ -111,7 +111,7 @@ def figures() -> dict:
             "rounding_nm2": rounding_nm2(found["blazed", "flss"]),
             "repeats": {grating: repeats(reliefs[grating], counts) for grating, counts in REPEATS.items()},
             "regions": regions,
-            **(relief_sizes(scratch) if measured else {"sizes": []}),
+            **(relief_sizes() if measured else {"sizes": []}),
         }
 
 
@@ -144,7 +144,7 @@ class Measured:
 
 def measured_skin(skin: str, folder: Path) -> Measured:
     """Evaluates a scan and its strips; heights are written to `folder`."""
-    heights_um, pixel_um = scan(skin, folder)
+    heights_um, pixel_um = scan(skin)
 
     def relief(name: str, part_um: np.ndarray) -> Relief:
         words = write_heights(part_um, pixel_um, folder / f"{skin}-{name}.npy")
@@ -245,13 +245,13 @@ def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
     return {"rows": rows, "nearest": nearest["repeats"]}
 
 
-def relief_sizes(folder: Path) -> dict:
+def relief_sizes() -> dict:
     """The rows of `size_rows`, and for rms heights and slopes the largest relative difference and the outliers' names.
 
     An outlier is a scan beyond the quantiles of the crops. Raises SetupError if one is below them, since the page says
     that such scans are rougher than the presets.
     """
-    rows = size_rows(folder)
+    rows = size_rows()
     # `size_rows` also has peaks to valley, which the page compares with those of whole tiles instead.
     compared = [row for row in rows if row["what"] != "peak_to_valley_um"]
     outliers = [row for row in compared if not row["low"] <= row["scan"] <= row["high"]]

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import matplotlib
 
@@ -14,7 +11,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from mitsuba_scenes.crosscheck.realtime import surface_words
-from mitsuba_scenes.tool import sunbeam
+
+from .heights import height_field
 
 # Largest shown spatial frequency in cycles per µm: 2/λ at 380 nm, the largest that diffracts visible light.
 REACH_PER_UM = 5.3
@@ -34,10 +32,8 @@ class Relief:
 
 def relief(skin: dict) -> Relief:
     """The heights of a surface with the plugin's parameters `skin`, levelled and not rotated."""
-    with TemporaryDirectory() as folder:
-        npy = Path(folder) / "heights.npy"
-        report = json.loads(sunbeam("height-field", "-o", npy, *surface_words(_heights_alone(skin))))
-        return Relief(np.load(npy), tuple(report["extent_um"]))
+    heights_um, report = height_field(*surface_words(_heights_alone(skin)))
+    return Relief(heights_um, tuple(report["extent_um"]))
 
 
 def term(skin: dict, n: int) -> np.ndarray:
@@ -45,10 +41,7 @@ def term(skin: dict, n: int) -> np.ndarray:
 
     Rows are orders along y and columns orders along x, in ascending order; order 0 has the index size//2.
     """
-    with TemporaryDirectory() as folder:
-        npy = Path(folder) / "term.npy"
-        sunbeam("height-field", "--term", n, "-o", npy, *surface_words(_heights_alone(skin)))
-        return np.load(npy)
+    return height_field("--term", n, *surface_words(_heights_alone(skin)))[0]
 
 
 def show_relief(axes: plt.Axes, shown: Relief, title: str) -> None:

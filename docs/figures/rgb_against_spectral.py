@@ -34,11 +34,12 @@ RENDERS_MAX = 256
 # Mean luminance of the spectral picture at the exposure of the comparison, relative to white: middle grey.
 GREY = 0.18
 
-# Matrix from linear sRGB to XYZ, from the chromaticities of the primaries and of D65 in IEC 61966-2-1. Row 1 gives the
-# luminance Y.
+# Matrix from linear sRGB to XYZ, from the chromaticities of the primaries and of D65 in IEC 61966-2-1.
 XYZ_OF_SRGB = np.array(
     [[0.4123908, 0.3575843, 0.1804808], [0.2126390, 0.7151687, 0.0721923], [0.0193308, 0.1191948, 0.9505322]]
 )
+# Weights of linear sRGB in the luminance Y.
+LUMINANCE = XYZ_OF_SRGB[1]
 # XYZ of white.
 WHITE = XYZ_OF_SRGB.sum(axis=1)
 
@@ -94,7 +95,7 @@ def difference(rgb: np.ndarray, spectral: np.ndarray) -> dict:
     - `energy_ratio`: the ratio, RGB over spectral, of sums over pixels and channels.
     - `channel_ratios`: the ratios, RGB over spectral, of sums over pixels for each channel.
     """
-    exposure = GREY / (spectral.mean(axis=0) @ XYZ_OF_SRGB[1]).mean()
+    exposure = GREY / (spectral.mean(axis=0) @ LUMINANCE).mean()
     rgb, spectral = rgb * exposure, spectral * exposure
     found = delta_e76(rgb.mean(axis=0), spectral.mean(axis=0))
     noise = np.sqrt(sum((delta_e76(*halves) / 2) ** 2 for halves in (rgb, spectral)))

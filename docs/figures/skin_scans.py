@@ -6,13 +6,13 @@ first. Pixels are square, and scans and presets have as many along y as along x.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 
 from mitsuba_scenes.crosscheck.cases import SCANS
-from mitsuba_scenes.tool import sunbeam
+
+from .heights import height_field
 
 # Species with a scan and a preset.
 SKINS = ("xenopeltis", "elaphe")
@@ -36,23 +36,19 @@ def scans_present() -> bool:
     return not missing
 
 
-def read(arguments: tuple, folder: Path) -> tuple[np.ndarray, float]:
-    """Heights and edge of a pixel in µm, without levelling, of the surface that the `arguments` of `sunbeam` select.
-
-    Writes a temporary file into `folder`.
-    """
-    npy = folder / "heights.npy"
-    report = json.loads(sunbeam("height-field", *arguments, "--level", "none", "-o", npy))
-    return np.load(npy), report["pixel_um"][0]
+def read(*arguments) -> tuple[np.ndarray, float]:
+    """Heights and edge of a pixel in µm, without levelling, of the surface that the `arguments` of `sunbeam` select."""
+    heights_um, report = height_field(*arguments, "--level", "none")
+    return heights_um, report["pixel_um"][0]
 
 
-def scan(skin: str, folder: Path) -> tuple[np.ndarray, float]:
+def scan(skin: str) -> tuple[np.ndarray, float]:
     """Heights and edge of a pixel of a skin's scan, with the dominant period along x.
 
     Table 1.1 of the thesis Single 2014 lists this period. In *Elaphe* it is the distance between fingers, long parallel
     ridges, which lie along x in the file. Its scan is therefore transposed.
     """
-    heights_um, pixel_um = read(("--height-field", SCANS[skin]), folder)
+    heights_um, pixel_um = read("--height-field", SCANS[skin])
     return (heights_um.T if skin == "elaphe" else heights_um), pixel_um
 
 
@@ -74,20 +70,24 @@ def sizes(heights_um: np.ndarray, pixel_um: float) -> dict:
     neighbouring pixels over their distance, so finer pixels give larger slopes on a rough relief. Scans and presets
     have pixels of nearly equal size, 65 and 64 nm.
     """
-    # A least-squares fit of the plane a + b·ix + c·iy.
-    iy, ix = np.indices(heights_um.shape)
-    basis = np.stack([np.ones(heights_um.size), ix.ravel(), iy.ravel()], axis=1)
-    fitted = basis @ np.linalg.lstsq(basis, heights_um.ravel(), rcond=None)[0]
-    levelled = heights_um - fitted.reshape(heights_um.shape)
+    level_um = levelled(heights_um)
     return {
         "peak_to_valley_um": float(np.ptp(heights_um)),
-        "rms_um": float(np.sqrt(np.mean(levelled**2))),
-        "slope_x": float(np.sqrt(np.mean((np.diff(levelled, axis=1) / pixel_um) ** 2))),
-        "slope_y": float(np.sqrt(np.mean((np.diff(levelled, axis=0) / pixel_um) ** 2))),
+        "rms_um": float(np.sqrt(np.mean(level_um**2))),
+        "slope_x": float(np.sqrt(np.mean((np.diff(level_um, axis=1) / pixel_um) ** 2))),
+        "slope_y": float(np.sqrt(np.mean((np.diff(level_um, axis=0) / pixel_um) ** 2))),
     }
 
 
-def size_rows(folder: Path) -> list[dict]:
+def levelled(heights: np.ndarray) -> np.ndarray:
+    """The heights minus the plane a + b·ix + c·iy that fits them best."""
+    iy, ix = np.indices(heights.shape)
+    basis = np.stack([np.ones(heights.size), ix.ravel(), iy.ravel()], axis=1)
+    fitted = basis @ np.linalg.lstsq(basis, heights.ravel(), rcond=None)[0]
+    return heights - fitted.reshape(heights.shape)
+
+
+def size_rows() -> list[dict]:
     """A row for each skin and each of its `sizes`: that of the scan, and those of random crops of the preset.
 
     - `what`: the key of the size in `sizes`. `scan` is its value on the scan.
@@ -96,7 +96,7 @@ def size_rows(folder: Path) -> list[dict]:
     """
     rows = []
     for skin in SKINS:
-        heights_um, pixel_um = read(("--preset", skin), folder)
+        heights_um, pixel_um = read("--preset", skin)
         # Edge of a crop in pixels.
         edge = round(CROP_UM / pixel_um)
         random = np.random.default_rng(SEED)
@@ -105,7 +105,7 @@ def size_rows(folder: Path) -> list[dict]:
         # The preset repeats, so crops may extend over its edge.
         twice = np.tile(heights_um, (2, 2))
         crops = [sizes(twice[y : y + edge, x : x + edge], pixel_um) for y, x in corners]
-        measured = sizes(*scan(skin, folder))
+        measured = sizes(*scan(skin))
         for name in measured:
             values = np.array([crop[name] for crop in crops])
             rows.append(

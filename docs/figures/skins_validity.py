@@ -1,8 +1,8 @@
 """Part `skins-validity` of the documentation (page.py): the model on measured skins against Maxwell's equations.
 
-The relief is a crop of a scan, repeated as a tile. A *case* is a crop with a smoothing, a factor on its heights and a
-refractive index. An independent solver, the *judge* (tests/judges/crossed), gives the true powers of its orders for
-several lights; its answers are stored. A *form* is the model with one choice of obliquity factor, energy
+The relief is a crop of a scan, repeated as a tile. A *case* is a crop with a smoothing in pixels, a factor on its
+heights and a refractive index. An independent solver, the *judge* (tests/judges/crossed), gives the true powers of its
+orders for several lights; its answers are stored. A *form* is the model with one choice of obliquity factor, energy
 conservation and shadowing (docs/model.md); `stam` and `small_slope` are such forms. *Misplaced* power is the fraction
 of the reflected power that a form puts into wrong orders. It is summarised over *near* lights, up to REACH_DEG of
 incidence, and over *grazing* ones beyond.
@@ -12,9 +12,6 @@ from __future__ import annotations
 
 import json
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import mitsuba as mi
 import numpy as np
@@ -38,10 +35,12 @@ from tests.judges.crossed.model import (
 )
 from tests.judges.crossed.relief import Relief, synthetic
 from tests.judges.crossed.solver import Resolution, solve
+from tests.judges.gratings.covers import transmittances
 
 from .bsdf_calls import CALLS, RELIEFS, VARIANTS, call_ns
 from .page import images, insist
 from .skin_scans import SKINS, scans_present
+from .svg import save
 
 PART = "skins-validity"
 # Largest angle of incidence of near lights.
@@ -50,9 +49,6 @@ REACH_DEG = 60.0
 COST_MAX = 1.15
 # Colours of the forms in the plot.
 COLOURS = dict(zip((form.name for form in FORMS), ("k", "tab:blue", "tab:cyan", "tab:orange", "tab:red")))
-
-# The SVG has text instead of outlines, and equal numbers give identical files.
-plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
 
 
 def misplaced_by_light(relief: Relief, case: Case, form: Form, judged: list[Answer]) -> list[float]:
@@ -86,7 +82,11 @@ def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...
     """
     by_form = {form.name: misplaced_by_light(relief, case, form, judged) for form in forms}
     near = [answer for answer in judged if is_near(answer)]
-    of_flat = [answer.unpolarised.sum() / fresnel(case.eta, answer.light.theta_deg) for answer in near]
+    # Fresnel's reflectances of a flat surface.
+    flat = [1 - transmittances(case.eta, answer.light.wi[2]).mean() for answer in near]
+    of_flat = [answer.unpolarised.sum() / reflectance for answer, reflectance in zip(near, flat)]
+    # Finer than the crop's pixels, to find the extremes of the heights.
+    heights = relief.sampled(201, 201).heights
     return {
         "skin": case.crop.skin,
         "crop": case.crop.name,
@@ -95,7 +95,7 @@ def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...
         "eta": case.eta,
         "period_um": list(relief.period),
         "rms_slopes": list(relief.rms_slopes()),
-        "peak_to_valley_um": float(np.ptp(relief.sampled(201, 201).heights)),
+        "peak_to_valley_um": float(np.ptp(heights)),
         "lights": len(judged),
         "near": {name: summary(values, judged, near=True) for name, values in by_form.items()},
         "grazing": {name: summary(values, judged, near=False) for name, values in by_form.items()},
@@ -104,15 +104,6 @@ def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...
         "residual": max(answer.residual for answer in judged),
         "by_light": {name: [float(value) for value in values] for name, values in by_form.items()},
     }
-
-
-def fresnel(eta: float, theta_deg: float) -> float:
-    """Reflectance of a flat dielectric of index `eta` for unpolarised light."""
-    cos = np.cos(np.radians(theta_deg))
-    # eta times the cosine of the refracted angle, by Snell's law.
-    inside = np.sqrt(eta**2 - 1 + cos**2)
-    s, p = (cos - inside) / (cos + inside), (eta**2 * cos - inside) / (eta**2 * cos + inside)
-    return float(0.5 * (s**2 + p**2))
 
 
 def means_by(quantity: str, rows: list[dict], by_case: dict, skin: str, form: Form) -> dict[float, float]:
@@ -143,11 +134,11 @@ def one_dimension() -> float:
     words = ("--preset", "sinusoidal", "--period", period_um, "--height", height_um, "--eta", KERATIN)
     largest = 0.0
     for theta_deg, phi_deg in ((20.0, 0.0), (60.0, 35.0)):
-        own = solve(wave, 550.0, theta_deg, phi_deg, KERATIN, Resolution(cutoff_per_um=9.0, nodes=12))
+        judged = solve(wave, 550.0, theta_deg, phi_deg, KERATIN, Resolution(cutoff_per_um=9.0, nodes=12))
         light = ("--theta-i", theta_deg, "--phi-i", phi_deg)
         report = json.loads(sunbeam("orders", *words, "--theory", "rigorous", *light, "--json"))
-        other = {order["order"]: order["mean"] for order in report["orders"]}
-        largest = max(largest, *(abs(power - other[order]) for order, power in zip(own.jx, own.unpolarised)))
+        other = {entry["order"]: entry["mean"] for entry in report["orders"]}
+        largest = max(largest, *(abs(power - other[order]) for order, power in zip(judged.jx, judged.unpolarised)))
     return float(largest)
 
 
@@ -287,6 +278,4 @@ def draw(path, skins: list[dict]) -> None:
         ax.set(title=f"scan of {of_skin['skin']}", xlabel="θi in degrees", xticks=(0, 30, 60, 75), ylim=(0, None))
     axes[0].set_ylabel("misplaced power in %")
     axes[0].legend(fontsize=8, frameon=False)
-    figure.tight_layout()
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
+    save(figure, path)

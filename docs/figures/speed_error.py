@@ -1,8 +1,8 @@
 """Part `speed-error` of the documentation (page.py): time and error of every method, on presets and a scan.
 
-`sunbeam bench` measures. An *entry* is a method with its options, measured on a surface. Its errors are CIEDE2000 over
-directions. It is *on the front*, the Pareto front of time and errors, if no other entry beats it
-(crates/cli/src/benchmarks/methods/pareto.rs).
+`sunbeam bench` measures the methods of docs/realtime.md, such as FLSS, NMM and PQ. An *entry* is a method with its
+options, measured on a surface. Its errors are CIEDE2000 over directions. It is *on the front*, the Pareto front of time
+and errors, if no other entry beats it (crates/cli/src/benchmarks/methods/pareto.rs).
 """
 
 from __future__ import annotations
@@ -19,6 +19,14 @@ from .page import images
 PART = "speed-error"
 # Limits of ΔE2000 for which the fastest entries are listed; an eye just notices 1.
 DELTA_E_LIMITS = (10.0, 3.0, 1.0, 0.5, 0.1, 0.01)
+# Texts of an entry's parameters by name, for `str.format`.
+PARAMETERS = {
+    "lambda_step_nm": "{:g} nm",
+    "terms": "{} terms",
+    "neighbourhood": "{0}×{0} orders",
+    "tolerance": "tolerance {:g}",
+    "resolution": "resolution {:g}",
+}
 
 
 def figures(scan: Path = SCAN, *words: str) -> dict:
@@ -127,22 +135,12 @@ def label(entry: dict) -> str:
     """The method and its parameters as text, such as "flss: 5 nm, 1×1 orders, Chebyshev, 12 terms"."""
     words = []
     for name, value in entry["parameters"].items():
-        if name == "lambda_step_nm":
-            words.append(f"{value:g} nm")
-        elif name == "terms":
-            words.append(f"{value} terms")
-        elif name == "neighbourhood":
-            words.append(f"{value}×{value} orders")
-        elif name == "series":
+        if name == "series":
             words.append(value.capitalize())
         elif name == "weighted":
             words.append("weighted" if value else "unweighted")
-        elif name == "tolerance":
-            words.append(f"tolerance {value:g}")
-        elif name == "resolution":
-            words.append(f"resolution {value:g}")
         else:
-            words.append(f"{name} {value}")
+            words.append(PARAMETERS.get(name, f"{name} {{}}").format(value))
     model = " (patch)" if entry["model"] == "patch" and "table" in entry["method"] else ""
     return f"{entry['method']}{model}" + (": " + ", ".join(words) if words else "")
 

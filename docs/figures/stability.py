@@ -1,9 +1,9 @@
 """Part `stability` of the documentation (page.py): errors for deep reliefs and grazing directions.
 
-It also has random evaluations in Mitsuba. Symbols: κ is the wave number along the normal and H half the range of
-heights, so κH is the largest phase in radians. S is the power density of the tables (docs/tables.md). *Taylor* and
-*Chebyshev* are series for the phase screen, and FLSS is a method that uses them (docs/model.md). A *point* of the
-report has the errors at one κH, or at one angle of incidence.
+It also has random evaluations in Mitsuba, *questions* (questions.py). Symbols: κ is the wave number along the normal
+and H half the range of heights, so κH is the largest phase in radians. S is the power density of the tables
+(docs/tables.md). *Taylor* and *Chebyshev* are series for the phase screen, and FLSS is a method that uses them
+(docs/model.md). A *point* of the report has the errors at one κH, or at one angle of incidence.
 """
 
 from __future__ import annotations

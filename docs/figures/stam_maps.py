@@ -17,7 +17,7 @@ from mitsuba_scenes.crosscheck.realtime import surface_words
 from mitsuba_scenes.tool import sunbeam
 
 from .appearance import read_exr
-from .rgb_against_spectral import XYZ_OF_SRGB
+from .rgb_against_spectral import LUMINANCE
 
 # Side of the maps for peaks in pixels; odd, so that the middle row is the plane y = 0.
 PEAKS_SIZE = 401
@@ -106,8 +106,7 @@ def disc_peaks(folder: Path, spacing_um: float, demo_um: float) -> dict:
 
 def right_over_left(pixels: np.ndarray) -> float:
     """Luminance of the right half of a map (rows, columns, 3) over that of the left half, without the middle column."""
-    # XYZ_OF_SRGB[1] gives the luminance.
-    luminance = pixels @ XYZ_OF_SRGB[1]
+    luminance = pixels @ LUMINANCE
     half = pixels.shape[1] // 2
     return float(luminance[:, half + 1 :].sum() / luminance[:, :half].sum())
 

@@ -160,7 +160,7 @@ class Studio:
         result = picture.render(bsdf, files, shot.light, shot.view, SPP, passes=PASSES)
         picture.check(result.pixels, shot.caption)
         picture.write(result.pixels, exr, EXPOSURE_STOPS)
-        # As if all passes took as long as the last, which does not compile.
+        # Assumes that all passes take as long as the last, which does not compile.
         return result.seconds["later_pass"] * PASSES
 
     def _draw_on_gpu(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:

@@ -8,19 +8,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 from .benchmark_scenes import REFERENCE
+from .svg import save
 from .time_to_error import VARIANTS
 
 # Colours by variant.
 COLOURS = dict(zip(VARIANTS, ("tab:blue", "tab:orange", "tab:cyan", "tab:red")))
-
-# The SVG has text instead of outlines, and equal numbers give identical files.
-plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
 
 
 def draw(cells: list[dict], aim: float, side: int, path: Path) -> None:
@@ -53,6 +48,4 @@ def draw(cells: list[dict], aim: float, side: int, path: Path) -> None:
     ax.set_yticks(range(len(rows)), [f"{scene}, {name}" if scene != name else scene for scene, name in rows])
     ax.grid(axis="x", alpha=0.3)
     ax.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1, 0.5))
-    figure.tight_layout()
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
+    save(figure, path)

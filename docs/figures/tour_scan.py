@@ -19,8 +19,9 @@ from PIL import Image
 from mitsuba_scenes.tool import sunbeam
 
 from .appearance import read_exr
+from .heights import height_field
 from .page import insist
-from .rgb_against_spectral import XYZ_OF_SRGB
+from .rgb_against_spectral import LUMINANCE
 from .tip import seen_profile, seen_tile
 
 PART = "tour-scan"
@@ -80,7 +81,7 @@ class Tile:
 def figures() -> dict:
     """All numbers of the part. Raises SetupError if they contradict the page."""
     with TemporaryDirectory() as folder:
-        surfaces = {tile.name: surface_figures(tile, Path(folder)) for tile in tiles(Path(folder))}
+        surfaces = {tile.name: surface_figures(tile, Path(folder)) for tile in tiles()}
     for name, surface in surfaces.items():
         for tip in surface["tips"]:
             insist(PART, abs(tip["period_um"] / surface["period_um"] - 1) < 0.01, f"tips leave the period of {name}")
@@ -113,17 +114,16 @@ def worst(surfaces: dict) -> dict:
     return found
 
 
-def tiles(folder: Path) -> Iterator[Tile]:
-    """The reliefs of all surfaces; temporary files are written to `folder`."""
+def tiles() -> Iterator[Tile]:
+    """The reliefs of all surfaces."""
     for name in GRATINGS:
         # Position in the period, in [0, 1).
         position = (np.arange(round(PERIOD_UM / STEP_UM)) + 0.5) * STEP_UM / PERIOD_UM
         profile = HEIGHT_UM[name] * (position if name == "blazed" else position < 0.5)
         yield Tile(name, np.tile(profile, (ROWS, 1)), STEP_UM)
     for name in SKINS:
-        file = folder / "preset.npy"
-        report = json.loads(sunbeam("height-field", "--preset", name, "-o", file))
-        yield Tile(name, np.load(file), report["pixel_um"][0])
+        heights_um, report = height_field("--preset", name)
+        yield Tile(name, heights_um, report["pixel_um"][0])
 
 
 def surface_figures(tile: Tile, folder: Path) -> dict:
@@ -212,7 +212,7 @@ def write_lit_mask(reference: Path, file: Path) -> Path:
 
     `reference` is the EXR of the map. Returns `file`.
     """
-    luminance = read_exr(reference) @ XYZ_OF_SRGB[1]
+    luminance = read_exr(reference) @ LUMINANCE
     white = np.quantile(luminance[luminance > 0], WHITE)
     Image.fromarray(((luminance > LIT * white) * 255).astype(np.uint8)).save(file)
     return file

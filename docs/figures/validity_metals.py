@@ -16,11 +16,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import matplotlib
-import mitsuba as mi
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+import mitsuba as mi
 import numpy as np
 
 from mitsuba_scenes.environment import use_variant
@@ -42,6 +39,7 @@ from tests.judges.gratings.theories import (
 from . import validity_sweeps as sweeps
 from .bsdf_calls import call_ns
 from .page import insist
+from .svg import save
 from .validity_sweeps import angles_of, compared, sawtooth, sinusoid
 
 PART = "validity"
@@ -331,6 +329,4 @@ def draw(path: Path, sweep: dict) -> None:
         ax.set(title=f"{kind}, {PLOTTED_UM:g} µm", xlabel="θi in degrees", yscale="log", ylim=(0.05, 100))
     axes[0].set_ylabel("misplaced power in %")
     axes[0].legend(fontsize=7, frameon=False)
-    figure.tight_layout()
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
+    save(figure, path)

@@ -9,14 +9,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
 from tests.judges.gratings.scalar import MODELS, STAM, STAM_LIMITED, UNIT, Grating
 
+from .svg import save
 from .validity_sweeps import compared, sawtooth, sinusoid
 
 # Line styles of the models.
@@ -29,16 +27,6 @@ FINE_ANGLES_DEG = tuple(float(angle) for angle in np.arange(-83.3, 84, 3))
 SHOWN_ORDERS = (0, -1, -2)
 # Wavelength of `angles`.
 SHOWN_NM = 550.0
-
-# The SVG has text instead of outlines, and equal numbers give identical files.
-plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
-
-
-def save(figure, path: Path) -> None:
-    """Writes and closes a figure."""
-    figure.tight_layout()
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
 
 
 def angles(path: Path) -> None:

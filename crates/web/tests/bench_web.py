@@ -24,7 +24,9 @@ REPOSITORY = Path(__file__).resolve().parents[3]
 SITE = REPOSITORY / "target" / "web"
 DATA = REPOSITORY / "docs" / "data" / "web.json"
 DOCUMENT = REPOSITORY / "docs" / "web.md"
+# Region of the table.
 FIGURES = re.compile(r"(?<=<!-- figures -->\n).*(?=<!-- end of figures -->)", re.DOTALL)
+# Number of runs of a step, whose median counts.
 REPEATS = 3
 # Seconds after which a step counts as failed; every figure is far below.
 LIMIT_S = 200
@@ -33,7 +35,7 @@ LARGE, MEDIUM = 1024, 512
 
 
 def sizes():
-    """Bytes of the built page."""
+    """Bytes of the built page: its parts after gzip, and the examples."""
     found = {path: path.read_bytes() for path in SITE.rglob("*") if path.is_file()}
     packed = {path: len(gzip.compress(content, 9)) for path, content in found.items()}
     return {
@@ -181,6 +183,7 @@ def used(browser):
 
 
 def content(path):
+    """The bytes of a file; empty if its process has ended."""
     try:
         return path.read_bytes()
     except OSError:
@@ -188,6 +191,7 @@ def content(path):
 
 
 def table(found):
+    """The table of docs/web.md."""
     rows = [
         ("the library, gzipped", f"{found['wasm_gzipped_bytes'] / 1e6:.2f} MB", "≤ 1.3 MB"),
         ("the whole page without examples, gzipped", f"{found['page_gzipped_bytes'] / 1e6:.2f} MB", "≤ 2 MB"),

@@ -23,7 +23,9 @@ from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 
+# Names of Chromium's program.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+# Chromium's flags in all tests.
 BASE = (
     "--headless=new",
     "--no-sandbox",
@@ -34,10 +36,10 @@ BASE = (
     "--disable-component-update",
     "--disable-dev-shm-usage",
     "--disable-sync",
-    # Colours independent of the screen: tests compare them.
+    # Makes colours independent of the screen, since tests compare them.
     "--force-color-profile=srgb",
 )
-# WebGPU in software. With the first flag alone, drawing on a canvas loses the device.
+# Flags for WebGPU in software. With the first one alone, drawing on a canvas loses the device.
 WEBGPU = (
     "--enable-unsafe-webgpu",
     "--enable-features=Vulkan",
@@ -45,8 +47,8 @@ WEBGPU = (
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
 )
-NO_WEBGPU = ("--disable-features=WebGPU,WebGPUService", "--disable-gpu", "--disable-blink-features=WebGPU")
-# Tasks of all threads from the browser's start to its end. chromedriver's own log ends after 100 000 lines.
+# Flags that record the tasks of all threads from the browser's start to its end. chromedriver's own log ends after
+# 100 000 lines.
 TRACE = (
     "--trace-startup=toplevel,blink.user_timing",
     "--trace-startup-duration=0",
@@ -56,7 +58,7 @@ TRACE = (
 
 
 def missing() -> str | None:
-    """Names a program that the tests need and that is not installed; `None` where all are."""
+    """Message about a program that the tests need and that is not installed; `None` if all are."""
     if not any(shutil.which(name) for name in BROWSERS):
         return "Chromium is not installed (on Debian: apt-get install chromium chromium-driver)"
     if not shutil.which("chromedriver"):
@@ -65,9 +67,10 @@ def missing() -> str | None:
 
 
 class Browser:
-    """One window of headless Chromium. `driver` is Selenium's.
+    """One window of headless Chromium; `driver` is Selenium's driver of it.
 
-    `flags` are Chromium's own, `size` is that of the page in CSS pixels, `traced` records the tasks for `task_ms`.
+    `flags` are added to BASE, `size` is the page's width and height in CSS pixels, and `traced` records the tasks for
+    `task_ms`.
     """
 
     def __init__(self, flags=WEBGPU, size=(1400, 1000), traced=False):
@@ -119,11 +122,13 @@ class Browser:
         return self.driver.execute_cdp_cmd(command, parameters)
 
     def resize(self, width, height, scale=1):
+        """Sets the page's size in CSS pixels, and the device's pixels for each of them."""
         self.devtools(
             "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=scale, mobile=False
         )
 
     def dark(self, on=True):
+        """Selects the dark colour scheme, or the light one."""
         features = [{"name": "prefers-color-scheme", "value": "dark" if on else "light"}]
         self.devtools("Emulation.setEmulatedMedia", features=features)
 
@@ -131,11 +136,11 @@ class Browser:
         self.driver.get(url)
 
     def js(self, code, *arguments):
-        """The value that the body of a function returns."""
+        """The value that `code` returns, the body of a function whose arguments are `arguments`."""
         return self.driver.execute_script(code, *arguments)
 
     def promise(self, code, *arguments):
-        """The value that the body of an asynchronous function resolves to; its arguments are `args`."""
+        """The value that `code` returns, the body of an asynchronous function whose arguments are `args`."""
         script = f"""
             const done = arguments[arguments.length - 1];
             (async (...args) => {{ {code} }})(...arguments).then(
@@ -165,20 +170,23 @@ class Browser:
     def task_ms(self, mark):
         """Processor time in ms of each task of the page's own thread that began after the page had set this mark.
 
-        The browser has to be `traced`, and ends here. Tasks in which chromedriver's messages arrive are not counted.
+        The browser has to be `traced`, and this call ends it. Tasks in which chromedriver's messages arrive are left
+        out.
         """
         # The browser writes the trace when it ends, and chromedriver would not wait for that.
         with contextlib.suppress(WebDriverException):
             self.devtools("Browser.close")
         events = until(self.traced_events, 120, "the trace")
+        # Times of the mark by thread; other threads than the page's have none.
         marks = {(event["pid"], event["tid"]): event["ts"] for event in events if event["name"] == mark}
         events = [event for event in events if event["ts"] > marks.get((event["pid"], event["tid"]), math.inf)]
+        # Times of chromedriver's messages.
         driven = sorted(event["ts"] for event in events if "blink.mojom.DevTools" in json.dumps(event.get("args")))
         tasks = [event for event in events if event["name"].endswith("RunTask") and "tdur" in event]
         return [
             task["tdur"] / 1e3
             for task in tasks
-            # No message of the driver lies between the task's ends.
+            # No message arrives between the task's ends.
             if bisect.bisect_left(driven, task["ts"]) == bisect.bisect_right(driven, task["ts"] + task["dur"])
         ]
 
@@ -188,7 +196,7 @@ class Browser:
             return json.loads(self.trace.read_text())["traceEvents"]
 
     def drag(self, css, start, way, button=0, steps=4):
-        """Drags the mouse from `start`, in pixels from the element's middle, along `way`."""
+        """Drags the mouse from `start` by `way`, both in pixels; `start` is relative to the element's middle."""
         x, y = self.middle(css)
         actions = ActionBuilder(self.driver, duration=20)
         mouse = actions.pointer_action
@@ -226,7 +234,7 @@ class Browser:
         actions.perform()
 
     def middle(self, css):
-        """The middle of an element in window pixels, scrolled there: Selenium's is that of the visible part."""
+        """The middle of an element in window pixels, after scrolling to it; Selenium's is that of the visible part."""
         return self.js(
             """const element = document.querySelector(arguments[0]);
             element.scrollIntoView({ block: "center", behavior: "instant" });
@@ -247,12 +255,12 @@ class Browser:
         actions.perform()
 
     def wait(self, code, awaited, limit=60):
-        """Waits until the body of a function returns a true value, and returns that value."""
+        """Waits until `js` of `code` returns a true value, and returns it; `awaited` names it if `limit` s pass."""
         return until(lambda: self.js(code), limit, awaited)
 
 
 def until(ready, limit, awaited):
-    """Waits at most `limit` seconds until `ready` returns a true value, and returns that value."""
+    """Waits at most `limit` seconds until `ready` returns a true value, and returns it; errors name `awaited`."""
     waiting = WebDriverWait(None, limit, poll_frequency=0.05)
     return waiting.until(lambda _: ready(), f"{limit} s were not enough for {awaited}")
 

@@ -1,4 +1,7 @@
-"""Opens the page that `make web` built in headless Chromium."""
+"""Fixtures of the page that `make web` built, in headless Chromium.
+
+SUNBEAM_WEB_SITE names another folder of the page.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from page import Page  # noqa: E402
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 SITE = Path(os.environ.get("SUNBEAM_WEB_SITE", REPOSITORY / "target" / "web"))
-# The page has to work from any folder of a host.
+# Folder of the page on its host; the page has to work from any.
 PLACE = "some/where"
 
 
@@ -28,6 +31,7 @@ def pytest_sessionstart(session):
 
 @pytest.fixture(scope="session")
 def host(tmp_path_factory):
+    """A server of the page; `page` is the page's address."""
     if reason := browsers.missing():
         needs.skip("chromium", reason)
     root = tmp_path_factory.mktemp("host")
@@ -48,7 +52,7 @@ def window(host):
 
 @pytest.fixture
 def page(window):
-    """The page for one test. Errors in the browser fail the test that caused them."""
+    """The page for one test, which fails if the browser reports errors or warnings."""
     window.browser.resize(1400, 1000)
     window.browser.dark(False)
     shutil.rmtree(window.browser.downloads)

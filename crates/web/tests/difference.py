@@ -1,19 +1,19 @@
 """CIEDE2000 between pictures of linear sRGB (Sharma, Wu and Dalal 2005), as shown on a screen.
 
-L is the lightness, a and b the colour axes, C the chroma and h the hue in degrees; T, S_L, S_C, S_H and R_T are the
-weights of the paper.
+L, a and b are CIELAB's coordinates, C the chroma and h the hue in degrees. T, S_L, S_C, S_H and R_T are the weights of
+the paper.
 """
 
 import numpy as np
 
-# Linear sRGB to CIE XYZ for D65 (IEC 61966-2-1).
+# Matrix from linear sRGB to CIE XYZ for D65 (IEC 61966-2-1).
 TO_XYZ = np.array(
     [[0.4123908, 0.3575843, 0.1804808], [0.2126390, 0.7151687, 0.0721923], [0.0193308, 0.1191948, 0.9505322]]
 )
 
 
 def lab(linear):
-    """CIE L*a*b* of linear sRGB, relative to the white of sRGB."""
+    """CIE L*a*b* of linear sRGB colours (..., 3), relative to the white of sRGB."""
     xyz = linear @ TO_XYZ.T / TO_XYZ.sum(axis=1)
     small = (6 / 29) ** 3
     f = np.where(xyz > small, np.cbrt(xyz), xyz / (3 * (6 / 29) ** 2) + 4 / 29)
@@ -21,17 +21,20 @@ def lab(linear):
 
 
 def delta_e(first, second):
-    """CIEDE2000 of colours in L*a*b*."""
+    """CIEDE2000 of pairs of colours (..., 3) in L*a*b*."""
     (l1, a1, b1), (l2, a2, b2) = np.moveaxis(first, -1, 0), np.moveaxis(second, -1, 0)
     mean_chroma = (np.hypot(a1, b1) + np.hypot(a2, b2)) / 2
+    # The factor 1 + G on a.
     stretch = 1.5 - 0.5 * np.sqrt(mean_chroma**7 / (mean_chroma**7 + 25.0**7))
     a1, a2 = stretch * a1, stretch * a2
     c1, c2 = np.hypot(a1, b1), np.hypot(a2, b2)
     h1, h2 = np.degrees(np.arctan2(b1, a1)) % 360, np.degrees(np.arctan2(b2, a2)) % 360
+    # Without chroma there is no hue.
     grey = c1 * c2 == 0
     turn = np.where(grey, 0, (h2 - h1 + 180) % 360 - 180)
     # The formula puts opposite hues at +180°.
     turn = np.where(turn == -180, 180, turn)
+    # Differences ΔL, ΔC and ΔH, and means.
     dl, dc, dh = l2 - l1, c2 - c1, 2 * np.sqrt(c1 * c2) * np.sin(np.radians(turn / 2))
     lightness, chroma = (l1 + l2) / 2, (c1 + c2) / 2
     far = np.abs(h1 - h2) > 180

@@ -1,4 +1,7 @@
-"""Actions of a visitor on the page, and the state that tests compare."""
+"""Actions of a visitor on the page, and the state that tests compare.
+
+The page's state is its global `sunbeam` (crates/web/page/state.js).
+"""
 
 from __future__ import annotations
 
@@ -9,26 +12,27 @@ import time
 import numpy as np
 from browser import until
 
-# Records errors; runs before the page's own code.
+# Code that records errors, and runs before the page's own.
 WATCH = """
     window.faults = [];
     addEventListener("error", (event) => faults.push(String(event.message)));
     addEventListener("unhandledrejection", (event) => faults.push(String(event.reason)));
 """
-# Chooses a size before the page's own code reads it: no larger picture is drawn first.
+# Code that chooses a size before the page's own code reads it, so that no larger picture is drawn first.
 AT_SIZE = """
     document.addEventListener("readystatechange", () => {
         const field = document.getElementById("size");
         if (field) field.value = "SIZE";
     }, { once: true });
 """
-# Settings whose data take least time: a grating.
+# Settings whose data are built fastest, those of a grating. Keys are paths in the settings.
 QUICK = {"surface.preset": "blazed"}
+# Size of quick pictures, an option of the page's list.
 SMALL = "192x128"
 
 
 class Page:
-    """The page in a browser. `js` runs code in it; the page's state is its global `sunbeam`."""
+    """The page in a browser. `js` is that of the browser."""
 
     def __init__(self, browser, host):
         self.browser = browser
@@ -39,7 +43,7 @@ class Page:
         self.js = browser.js
 
     def open(self, fields=QUICK, size=None, drawn=True, limit=120):
-        """Opens the page with these settings in its address, and waits for the picture."""
+        """Opens the page with these settings in its address; waits for the picture if `drawn`, for `limit` seconds."""
         # From the same page, an address with another # would not load it again.
         self.browser.go("about:blank")
         with self.ahead(AT_SIZE.replace("SIZE", size)) if size else contextlib.nullcontext():
@@ -59,7 +63,7 @@ class Page:
             self.browser.devtools("Page.removeScriptToEvaluateOnNewDocument", **name)
 
     def reopen(self, fields=QUICK, size=None):
-        """`open` without loading the page again where it is there, like a link within the page."""
+        """Like `open`, but without loading the page again if it is loaded, as by a link within the page."""
         if not self.js("return Boolean(document.body?.dataset.ready !== undefined && globalThis.sunbeam?.adapter)"):
             return self.open(fields, size)
         self.browser.promise(
@@ -88,6 +92,7 @@ class Page:
         )
 
     def settings(self):
+        """The page's settings (crates/web/README.md)."""
         return self.js("return sunbeam.settings")
 
     def message(self):
@@ -95,7 +100,7 @@ class Page:
         return self.js("return message.hidden ? '' : message.querySelector('span').textContent")
 
     def pixels(self):
-        """The picture on the canvas: linear sRGB."""
+        """The finished picture in linear sRGB, (height, width, 3)."""
         self.finished()
         found = self.browser.promise(
             """
@@ -128,6 +133,7 @@ class Page:
         self.js("document.activeElement.blur()")
 
     def choose_file(self, path):
+        """Chooses a file in the page's dialogue."""
         self.browser.type("#file", str(path))
 
     def drop(self, path):
@@ -147,6 +153,7 @@ class Page:
         )
 
     def downloaded(self, name):
+        """Waits for a download; returns its path."""
         path = self.browser.downloads / name
         until(path.exists, 30, f"the download of {name}, beside {list(self.browser.downloads.iterdir())}")
         # Chromium renames a download to this when it is complete.
@@ -162,6 +169,7 @@ class Page:
         assert not console
 
 
+# Code that tells whether the finest picture of the last order is shown, with complete data.
 IS_FINISHED = """
     const shown = (id) => !document.getElementById(id).hidden;
     const { drawn, asked, good, making } = globalThis.sunbeam;
@@ -171,4 +179,5 @@ IS_FINISHED = """
 
 
 def hash_of(fields):
+    """The part of an address from # on that has these settings."""
     return "#" + "&".join(f"{key}={value}" for key, value in fields.items())

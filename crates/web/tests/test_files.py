@@ -11,6 +11,7 @@ from browser import until
 from page import SMALL
 from test_page import click, expect_same, twin
 
+# Edge of the reliefs' pixels.
 PIXEL_UM = 0.1
 
 
@@ -21,6 +22,7 @@ def heights(side=64):
 
 
 def gsf(values, metres=PIXEL_UM * 1e-6, zunits="m", **changed):
+    """The bytes of a Gwyddion Simple Field of heights in µm; `metres` is a pixel's edge, `changed` other fields."""
     rows, columns = values.shape
     fields = {
         "XRes": columns, "YRes": rows, "XReal": columns * metres, "YReal": rows * metres,
@@ -31,12 +33,9 @@ def gsf(values, metres=PIXEL_UM * 1e-6, zunits="m", **changed):
     return header + b"\0" * (4 - len(header) % 4) + (values * 1e-6).astype("<f4").tobytes()
 
 
-def npy(values, path):
-    np.save(path, values)
-    return path
-
-
 def png(width, height, depth, kind, rows):
+    """The bytes of a PNG with this bit depth and colour type; the bytes `rows` have a filter before each row."""
+
     def chunk(name, data):
         return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
 
@@ -49,6 +48,7 @@ def name_shown(page):
 
 
 def dropped(page, path, by_hand=False):
+    """Drops a file onto the page, or chooses it `by_hand`, and waits until it is read or refused."""
     (page.choose_file if by_hand else page.drop)(path)
     until(lambda: name_shown(page) == path.name or page.message(), 60, f"{path.name} to be read")
 
@@ -69,7 +69,8 @@ def test_a_file_with_a_scale_agrees_with_the_native_renderer(page, tmp_path, by_
 
 
 def test_the_page_asks_for_a_missing_scale(page, tmp_path):
-    path = npy(heights(), tmp_path / "scan.npy")
+    path = tmp_path / "scan.npy"
+    np.save(path, heights())
     page.reopen(size=SMALL)
     before = page.pixels()
     page.drop(path)
@@ -103,7 +104,7 @@ def test_the_page_asks_for_the_height_of_whole_numbers(page, tmp_path):
         page.browser.type(f"#{parameter}", f"{answer}\n")
     until(lambda: name_shown(page) == "scan.png", 30, "the file")
     page.finished()
-    # Levelling changes the range.
+    # Without levelling, which would change the range.
     page.choose("#level", "none")
     page.finished()
     assert page.js("return document.getElementById('relief-range').textContent") == "0 to 0.3 µm"

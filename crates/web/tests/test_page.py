@@ -17,9 +17,11 @@ from page import QUICK, SMALL, Page
 from selenium.webdriver.common.keys import Keys
 
 METHODS = ["table", "flss", "nmm", "pq", "stam"]
-# Both sides run the same shaders in single precision; compilers of two adapters round differently, and an edge of the
-# mesh that passes through a pixel's centre may fall on either side of it.
+# Largest median and 99th percentile of ΔE2000 between the page's picture and the native one. Both run the same shaders
+# in single precision. Compilers of two adapters round differently, and an edge of the mesh that passes through a
+# pixel's centre may fall on either side of it.
 MEDIAN_MAX, P99_MAX = 0.5, 2.0
+# The page's default exposure in stops.
 EXPOSURE = 2.0
 # The W3C's definition of a long task, in ms.
 LONG_MS = 50
@@ -50,7 +52,10 @@ def test_the_page_opens_with_an_example(page):
 
 
 def twin(settings, folder, *arguments):
-    """The picture of the settings by the native renderer on the software adapter, linear sRGB (height, width, 3)."""
+    """The picture of the settings by the native renderer in software, linear sRGB (height, width, 3).
+
+    `arguments` are those of examples/page_twin.rs.
+    """
     (folder / "settings.json").write_text(json.dumps(settings))
     command = [REPOSITORY / "target" / "release" / "examples" / "page_twin", folder / "settings.json"]
     done = subprocess.run(
@@ -61,6 +66,7 @@ def twin(settings, folder, *arguments):
 
 
 def expect_same(found, expected):
+    """Checks that two pictures in linear sRGB look alike."""
     difference = shown_difference(found, expected, EXPOSURE)
     assert np.median(difference) <= MEDIAN_MAX
     assert np.percentile(difference, 99) <= P99_MAX
@@ -68,7 +74,7 @@ def expect_same(found, expected):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_pixels_agree_with_the_native_renderer(page, tmp_path, method):
-    # A quarter of the wavelengths: all would take a browser without a graphics card 15 s.
+    # Larger steps, since the default ones would take a browser without a graphics card 15 s.
     step = {"options.lambda_step_nm": 20} if method == "flss" else {}
     page.reopen({"surface.preset": "elaphe", "method": method, **step}, size=SMALL)
     found = page.pixels()
@@ -127,7 +133,7 @@ def test_colour_difference_agrees_with_published_pairs():
     assert lab(np.ones(3)) == pytest.approx([100, 0, 0], abs=1e-3)
 
 
-# Controls
+# Controls. The next four functions return actions on a page.
 
 
 def option(css, value):
@@ -150,7 +156,7 @@ def keys(css, *names):
     return press
 
 
-# Controls: an action, the path and value of the setting after it, and the parts of the page that change.
+# By control: an action, the path and value of the setting after it, and the parts of the page that change (`seen`).
 CONTROLS = {
     "preset": (option("#preset", "sinusoidal"), ("surface", "preset"), "sinusoidal", "picture relief map"),
     "period": (text("#period", "1.7"), ("surface", "period"), 1.7, "picture relief map"),
@@ -198,6 +204,11 @@ def seen(page, part):
         )
     page.finished()
     page.browser.wait("return sunbeam.map?.side === 128", "the map")
+    return map_sum(page)
+
+
+def map_sum(page):
+    """A sum over the map's values whose weights tell neighbours apart."""
     return page.js("return sunbeam.map.rgb.reduce((sum, value, i) => sum + value * (1 + i % 7), 0)")
 
 
@@ -239,6 +250,7 @@ def test_dragging_turns_the_view_moves_it_and_turns_the_sun(page):
         page.browser.drag("#picture", (0, 0), (60, -30), **options)
         return page.settings()
 
+    # A pixel turns view and sun by 0.35°.
     turned = drag()
     assert turned["camera"]["azimuth_deg"] == pytest.approx(before["camera"]["azimuth_deg"] - 21, abs=0.5)
     assert turned["camera"]["target"] == before["camera"]["target"]
@@ -315,7 +327,7 @@ def test_pointing_at_the_map_reads_direction_spectrum_and_colour(page):
     assert "strongest at" in name
     red, green, blue = map(int, page.js("return getComputedStyle(swatch).backgroundColor.match(/\\d+/g).slice(0, 3)"))
     assert red > max(green, blue)
-    # Keys move the point, too.
+    # Keys move the point, too: by 0.02 in direction sines, with the shift key by 0.1.
     keys("#map", Keys.UP, (Keys.SHIFT, Keys.RIGHT))(page)
     moved = page.js("return sunbeam.wo")
     assert moved[:2] == pytest.approx([sine + 0.1, 0.02], abs=0.02)
@@ -351,6 +363,7 @@ def test_pointing_at_the_snake_shows_its_half_vector_in_the_map(page):
 
 
 def copied(page, button):
+    """The text on the clipboard after a click on the button."""
     page.browser.devtools("Browser.grantPermissions", permissions=["clipboardReadWrite", "clipboardSanitizedWrite"])
     page.browser.click(button)
     page.browser.wait("return document.getElementById('status').textContent.includes('copied')", "the clipboard")
@@ -397,6 +410,7 @@ def test_the_copied_command_draws_the_same_picture(page, tmp_path):
 
 
 def read_exr(path):
+    """The linear RGB of an EXR file, (height, width, 3)."""
     import mitsuba
 
     mitsuba.set_variant("scalar_rgb")
@@ -420,7 +434,7 @@ def test_saved_files_agree_with_the_screen(page):
     page.browser.click("#save-png")
     saved = np.asarray(Image.open(page.downloaded("blazed.png")).convert("RGB"), float) / 255
     assert f"{saved.shape[1]}x{saved.shape[0]}" == SMALL
-    # Below its knee the tone curve is the identity.
+    # Below its knee, at 0.8, the tone curve is the identity.
     decoded = np.where(saved <= 0.04045, saved / 12.92, ((saved + 0.055) / 1.055) ** 2.4)
     exposed = linear * 2**EXPOSURE
     below = (exposed.max(axis=-1) < 0.75) & (exposed.min(axis=-1) >= 0)

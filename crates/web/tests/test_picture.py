@@ -10,6 +10,7 @@ import numpy as np
 from conftest import REPOSITORY
 from PIL import Image
 
+# The committed picture, its size in pixels, and the largest size of its file.
 PICTURE = REPOSITORY / "docs" / "images" / "web.jpg"
 SIZE = (1320, 860)
 BYTES_MAX = 150_000

@@ -16,10 +16,12 @@ from browser import Browser
 from conftest import REPOSITORY, SITE
 from page import SMALL, Page
 from selenium.webdriver.common.keys import Keys
+from test_page import map_sum
 
+# Version of axe-core, a checker of accessibility, and the hash of its archive.
 AXE = "4.14.1"
 AXE_SHA256 = "e6b0ce02b84d892e2e33e403485e7f3d6c29e2be6df65daf44d89ba564139745"
-# A contrast fault in the light scheme only: negative control.
+# Style with low contrast in the light scheme alone, a negative control.
 PALE_IN_THE_LIGHT = "@media (prefers-color-scheme: light) { label { color: #ccc !important } }"
 # A host name that the browser maps to this machine.
 ELSEWHERE = "sunbeam.test"
@@ -45,19 +47,21 @@ def axe():
 
 
 def violations(page, axe):
+    """A line for each rule of axe-core that the page violates, with the elements."""
     page.js(axe)
     found = page.browser.promise(
-        """// Colours in transition between the schemes.
+        """// Waits for colours in transition between the schemes.
         await Promise.all(document.getAnimations().map(({ finished }) => finished.catch(() => {})));
         const { violations } = await axe.run(document, { resultTypes: ["violations"] });
         return violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target.join(" ")).join(", ")}`);"""
     )
-    # Messages caused by axe itself.
+    # Drops messages that axe itself causes.
     page.browser.console()
     return found
 
 
 def expect_no_violations(page, axe):
+    """Checks the page at three widths in both colour schemes."""
     for width in [360, 900, 1400]:
         page.browser.resize(width, 1000)
         for dark in [False, True]:
@@ -68,7 +72,7 @@ def expect_no_violations(page, axe):
 def test_axe_finds_no_violation(page, axe):
     page.open(size=SMALL)
     expect_no_violations(page, axe)
-    # All parts of the page shown.
+    # Again with all parts of the page shown.
     page.js("for (const hidden of document.querySelectorAll('[hidden]')) hidden.hidden = hidden.id === 'still'")
     page.js("document.querySelector('#message span').textContent = 'A line.'")
     page.js("document.querySelector('#progress-text').textContent = 'Making'")
@@ -149,7 +153,7 @@ def test_the_tab_key_reaches_every_control_with_a_visible_focus(page):
 
 @pytest.mark.parametrize("secure", [True, False], ids=["no-adapter", "no-interface"])
 def test_without_webgpu_there_are_a_message_pictures_and_the_map(host, secure, tmp_path):
-    """Without a driver there is no adapter. Over http from another host there is no WebGPU at all."""
+    """Without flags for software there is no adapter, and over http from another host no WebGPU at all."""
     with Browser([f"--host-resolver-rules=MAP {ELSEWHERE} 127.0.0.1"]) as browser:
         page = Page(browser, host)
         if not secure:
@@ -182,12 +186,8 @@ def test_without_webgpu_there_are_a_message_pictures_and_the_map(host, secure, t
         page.expect_no_errors(but="No available adapters.")
 
 
-def map_sum(page):
-    return page.js("return sunbeam.map.rgb.reduce((sum, value, i) => sum + value * (1 + i % 7), 0)")
-
-
 def test_the_built_files_are_small():
-    """Gzipped sizes; docs/web.md has the measured figures."""
+    """Sizes are those after gzip; docs/web.md has the measured ones."""
     import gzip
 
     sizes = {path: len(gzip.compress(path.read_bytes(), 9)) for path in SITE.rglob("*") if path.is_file()}

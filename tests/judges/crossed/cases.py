@@ -1,6 +1,7 @@
-"""Cases of the skins' Maxwell solver, and its stored answers in `answers/`.
+"""Cases on which the judge of skins was run, and its stored answers in `answers/`.
 
-Scans and heights derived from them are not part of the project, so answers hold the powers of orders alone.
+A *case* is a relief in a medium. An *answer* has the powers of its orders for one light, as fractions of the incident
+power. Scans and heights derived from them are not part of the project, so answers have no heights.
 """
 
 from __future__ import annotations
@@ -18,9 +19,11 @@ from .solver import Orders
 ANSWERS = Path(__file__).parent / "answers"
 # Unit of stored powers, which are whole numbers.
 UNIT = 1e-7
-# Keratin (docs/height-fields.md).
+# Refractive index of keratin (docs/height-fields.md).
 KERATIN = 1.56
+# Standard deviation in pixels of the Gaussian that smooths crops, by default.
 SMOOTHING = 1.0
+# Wavelengths, angles of incidence and azimuths of the lights on crops.
 WAVELENGTHS_NM = (450.0, 550.0, 650.0)
 ANGLES_DEG = (0.0, 30.0, 60.0, 75.0)
 AZIMUTHS_DEG = (0.0, 90.0)
@@ -28,7 +31,7 @@ AZIMUTHS_DEG = (0.0, 90.0)
 
 @dataclass(frozen=True)
 class Case:
-    """A relief of a crop: standard deviation of its smoothing in pixels, factor of its heights, and index."""
+    """A crop with a smoothing in pixels, a factor on its heights, and the refractive index `eta` of its medium."""
 
     crop: Crop
     smoothing: float = SMOOTHING
@@ -37,13 +40,16 @@ class Case:
 
     @property
     def key(self) -> str:
+        """The case's name in the files of answers."""
         return f"{self.crop.skin} {self.crop.name}, {self.smoothing} px, height × {self.factor}, η {self.eta}"
 
 
 LIGHTS = [Light(nm, theta, phi) for nm in WAVELENGTHS_NM for theta in ANGLES_DEG for phi in AZIMUTHS_DEG]
-# Variations other than the wavelength's are computed at one wavelength.
+# Lights on the cases VARIED.
 FEWER_LIGHTS = [light for light in LIGHTS if light.wavelength_nm == 550.0]
+# All crops, with the default smoothing, height and index.
 BASE = [Case(crop) for crop in CROPS]
+# Crop A of each skin, with another smoothing, height or index.
 VARIED = [
     Case(crop, **change)
     for crop in CROPS
@@ -60,7 +66,7 @@ SYNTHETIC_LIGHTS = [
 
 
 def kept(light: Light, orders: Orders) -> dict:
-    """The answer for one light as a JSON object."""
+    """The answer for one light in the form of the files."""
     return {
         "light": [light.wavelength_nm, light.theta_deg, light.phi_deg],
         "balance": float(f"{orders.balance:.1e}"),
@@ -74,7 +80,10 @@ def kept(light: Light, orders: Orders) -> dict:
 
 @dataclass(frozen=True)
 class Answer:
-    """A stored answer: powers of orders for s and p polarised light."""
+    """A stored answer: powers of the orders (jx, jy) for s and for p polarised light, and the solver's accuracy.
+
+    `balance` and `residual` are those of `solver.Orders`.
+    """
 
     light: Light
     jx: np.ndarray
@@ -86,11 +95,12 @@ class Answer:
 
     @property
     def unpolarised(self) -> np.ndarray:
+        """Powers for unpolarised light."""
         return 0.5 * (self.s + self.p)
 
 
 def answers(name: str) -> dict[str, list[Answer]]:
-    """Stored answers by case."""
+    """The stored answers of the file `name`, by `Case.key`, with an answer for each light."""
     found = {}
     for key, rows in json.loads((ANSWERS / f"{name}.json").read_text(encoding="utf-8")).items():
         found[key] = [
@@ -107,7 +117,7 @@ def answers(name: str) -> dict[str, list[Answer]]:
 
 
 def write(name: str, cases: dict[str, list[dict]]) -> None:
-    """JSON with one line for each light, for readable differences."""
+    """Writes the rows of `kept` by case as the file `name`, with one line for each light, for readable diffs."""
     blocks = []
     for key, rows in cases.items():
         lines = ",\n".join(json.dumps(row, separators=(",", ":")) for row in rows)

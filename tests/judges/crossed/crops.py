@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import json
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
+from docs.figures.skin_scans import levelled, read
 from mitsuba_scenes.crosscheck.cases import SCANS
-from mitsuba_scenes.tool import sunbeam
 
 from .relief import Relief, harmonics
 
-# Pixels over which opposite edges are blended.
+# Number of pixels over which opposite edges are blended. More make the seam smoother and change more of the relief.
 FADE = 6
 
 
 @dataclass(frozen=True)
 class Crop:
-    """A crop's position on the scan of a skin: first row and column, and numbers of rows and columns."""
+    """A crop's position on the scan of a skin: first row and column, and numbers of rows and columns.
+
+    `first` are at least FADE, since the pixels before them are blended into the crop's end.
+    """
 
     skin: str
     name: str
@@ -39,32 +39,28 @@ CROPS = (
 
 
 def scanned(skin: str) -> tuple[np.ndarray, float]:
-    """Heights of a scan in um, `[iy, ix]`, and the edge of its pixels in um."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "heights.npy"
-        told = json.loads(sunbeam("height-field", "--height-field", SCANS[skin], "--level", "none", "-o", path))
-        return np.load(path), told["pixel_um"][0]
+    """Heights of a scan in µm, `[iy, ix]`, and the edge of its pixels in µm."""
+    return read("--height-field", SCANS[skin])
 
 
 def cropped(heights: np.ndarray, pixel_um: float, crop: Crop, smoothing: float) -> Relief:
-    """The crop of a scan's heights, smoothed by a Gaussian with the standard deviation in pixels."""
+    """The crop of a scan's heights in µm; `smoothing` is the standard deviation of a Gaussian in pixels."""
     (y, x), (rows, columns) = crop.first, crop.size
     part = heights[y - FADE : y + rows, x - FADE : x + columns].astype(float)
-    iy, ix = np.indices(part.shape)
-    basis = np.stack([np.ones(part.size), ix.ravel(), iy.ravel()], axis=1)
-    part = part - (basis @ np.linalg.lstsq(basis, part.ravel(), rcond=None)[0]).reshape(part.shape)
+    part = levelled(part)
     for axis in (0, 1):
         part = faded(part, axis)
-    along_y, along_x = (harmonics(count) / count for count in part.shape)
-    # Transfer function of the Gaussian over frequencies in cycles a pixel.
-    response = np.exp(-2 * (np.pi * smoothing) ** 2 * (along_y[:, None] ** 2 + along_x[None, :] ** 2))
+    # Frequencies in cycles per pixel, and the Gaussian's transfer function.
+    fy, fx = (harmonics(count) / count for count in part.shape)
+    response = np.exp(-2 * (np.pi * smoothing) ** 2 * (fy[:, None] ** 2 + fx[None, :] ** 2))
     smooth = np.fft.ifft2(np.fft.fft2(part) * response).real
     return Relief(smooth, (columns * pixel_um, rows * pixel_um))
 
 
 def faded(part: np.ndarray, axis: int) -> np.ndarray:
-    """Blends the last pixels along an axis into the first, which are cut off."""
+    """Cuts off the first FADE pixels along an axis and blends them into the last ones, so that the part repeats."""
     part = np.moveaxis(part, axis, 0)
+    # Weights of the first pixels, from 0 to 1.
     share = 0.5 - 0.5 * np.cos(np.pi * (np.arange(FADE) + 0.5) / FADE)
     share = share.reshape(-1, *[1] * (part.ndim - 1))
     result = part[FADE:].copy()

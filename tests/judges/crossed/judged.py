@@ -1,6 +1,6 @@
-"""Computes the skins' reference answers: `python -m tests.judges.crossed.judged` writes `answers/`.
+"""Computes the answers of the judge of skins: `python -m tests.judges.crossed.judged` writes `answers/` (cases.py).
 
-`skins.json` and `convergence.json` need the scans of both skins and some minutes each.
+The files `skins.json` and `convergence.json` need the scans of both skins, and some minutes each.
 """
 
 from __future__ import annotations
@@ -19,28 +19,35 @@ from .model import Light, misplaced
 from .relief import Relief, synthetic
 from .solver import Resolution, solve
 
+# Names of the files.
 WHAT = ("synthetic", "skins", "convergence")
-# Harmonics and nodes at which a smooth relief's powers have converged to their stored digits.
+# Resolution at which powers on the smooth synthetic relief have converged to their stored digits.
 SYNTHETIC = Resolution(cutoff_per_um=10.0, nodes=12)
+# Resolution of the answers on skins.
 SKINS = Resolution(cutoff_per_um=8.0, nodes=10)
-# The finest resolution, and those compared with it: fewer harmonics, the usual number, fewer nodes.
+# The finest resolution, and those compared with it: fewer harmonics, fewer nodes, and that of the answers.
 FINE = Resolution(cutoff_per_um=11.0, nodes=12)
 COARSER = (Resolution(6.0, 12), Resolution(8.0, 12), Resolution(9.5, 12), Resolution(11.0, 10), SKINS)
 # The light with the slowest convergence.
 HARD = Light(450.0, 60.0, 90.0)
 
 
-def judged(relief: Relief, eta: float, lights: list, resolution: Resolution) -> list[dict]:
-    return [kept(at, solve(relief, at.wavelength_nm, at.theta_deg, at.phi_deg, eta, resolution)) for at in lights]
+def judged(relief: Relief, eta: float, lights: list[Light], resolution: Resolution) -> list[dict]:
+    """The answers on a relief for each light, in the form of the files."""
+    return [
+        kept(light, solve(relief, light.wavelength_nm, light.theta_deg, light.phi_deg, eta, resolution))
+        for light in lights
+    ]
 
 
 def relief_of(case: Case, scans: dict) -> Relief:
-    """The relief of a case, from the skins' scans of `scanned`."""
+    """The relief of a case; `scans` has the results of `scanned` by skin."""
     return cropped(*scans[case.crop.skin], case.crop, case.smoothing).scaled(case.factor)
 
 
 def skins() -> dict[str, list[dict]]:
-    scans = {crop.skin: scanned(crop.skin) for crop in (case.crop for case in BASE)}
+    """The answers of all cases by `Case.key`."""
+    scans = {case.crop.skin: scanned(case.crop.skin) for case in BASE}
     made = {}
     for case in [*BASE, *VARIED]:
         start = time.perf_counter()
@@ -50,25 +57,27 @@ def skins() -> dict[str, list[dict]]:
 
 
 def convergence() -> list[dict]:
-    """Fractions of power in wrong orders at coarser resolutions, on each skin, with usual and least smoothing."""
+    """Power that COARSER misplace against FINE in the light HARD, on crop A of each skin, by smoothing."""
     rows = []
-    for case in [case for case in [*BASE, *VARIED] if case.crop.name == "A" and case.smoothing <= 1.0]:
-        if (case.factor, case.eta) != (1.0, KERATIN):
+    for case in [*BASE, *VARIED]:
+        is_usual = (case.factor, case.eta) == (Case.factor, Case.eta)
+        if case.crop.name != "A" or case.smoothing > Case.smoothing or not is_usual:
             continue
         relief = relief_of(case, {case.crop.skin: scanned(case.crop.skin)})
 
-        def at(resolution: Resolution, relief: Relief = relief) -> np.ndarray:
+        def powers(resolution: Resolution, relief: Relief = relief) -> np.ndarray:
             return solve(relief, HARD.wavelength_nm, HARD.theta_deg, HARD.phi_deg, KERATIN, resolution).unpolarised
 
-        fine = at(FINE)
+        fine = powers(FINE)
         for coarse in COARSER:
-            apart = misplaced(at(coarse), fine)
+            fraction = misplaced(powers(coarse), fine)
             row = {"skin": case.crop.skin, "smoothing": case.smoothing, "cutoff_per_um": coarse.cutoff_per_um}
-            rows.append({**row, "nodes": coarse.nodes, "misplaced": float(f"{apart:.1e}")})
+            rows.append({**row, "nodes": coarse.nodes, "misplaced": float(f"{fraction:.1e}")})
     return rows
 
 
 def main() -> None:
+    """Writes the files that are named on the command line, by default all."""
     parser = argparse.ArgumentParser(prog="python -m tests.judges.crossed.judged", description=__doc__)
     parser.add_argument("what", nargs="*", choices=WHAT, default=WHAT)
     what = parser.parse_args().what

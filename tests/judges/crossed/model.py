@@ -1,4 +1,4 @@
-"""Powers of orders by the project's model, from `sunbeam eval`, for reliefs that repeat along x and y."""
+"""Powers of orders by the project's model, from `sunbeam eval`, for dielectric reliefs that repeat along x and y."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.judges.gratings.scalar import COHERENCE_LENGTH_UM, ask
+from tests.judges.gratings.scalar import COHERENCE_LENGTH_UM, ask, power_of_value
 
 from .relief import Relief
+from .solver import direction
 
-# Factor of finer sampling: the phase at 450 nm needs more samples than the heights.
+# Factor on the samples of a relief along each axis. The phase screen at 450 nm needs more samples than the heights.
 FINER = 3
 
 
 @dataclass(frozen=True)
 class Form:
-    """A form of the model, by options of the command."""
+    """A form of the model: obliquity factor, energy conservation and shadowing (docs/model.md)."""
 
     name: str
     obliquity: str
@@ -26,14 +27,15 @@ class Form:
     shadowing: bool = False
 
     def words(self) -> tuple:
+        """The arguments of `sunbeam eval` that select the form."""
         flags = [str(flag).lower() for flag in (self.conserve_energy, self.shadowing)]
         return ("--obliquity", self.obliquity, "--conserve-energy", flags[0], "--shadowing", flags[1])
 
 
-# The default of `auto` for dielectrics. Its albedo stays below one, so energy conservation would only cost time.
+# The plugin's default for dielectrics. Its albedo stays below 1, so energy conservation would only cost time.
 SMALL_SLOPE = Form("small_slope", "small_slope", False)
 SMALL_SLOPE_LIMITED = Form("small_slope, limited", "small_slope", True)
-# The default of `auto` for conductors.
+# The plugin's default for conductors.
 STAM = Form("stam", "stam", True)
 FORMS = (
     SMALL_SLOPE,
@@ -46,7 +48,7 @@ FORMS = (
 
 @dataclass(frozen=True)
 class Light:
-    """The incident light."""
+    """The incident light: wavelength, angle of incidence, and azimuth from +x."""
 
     wavelength_nm: float
     theta_deg: float
@@ -54,24 +56,20 @@ class Light:
 
     @property
     def wi(self) -> np.ndarray:
-        theta, phi = np.radians([self.theta_deg, self.phi_deg])
-        return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+        """Unit vector to the light."""
+        return direction(self.theta_deg, self.phi_deg)
 
 
 def efficiencies(
     relief: Relief, index: complex, form: Form, lights: list[tuple[Light, np.ndarray, np.ndarray]]
 ) -> list:
-    """Fraction of unpolarised light in every order, for each light with its orders jx and jy.
-
-    Orders are far apart, so the value at the centre of an order is its fraction times K(0)/λ², with K(0) = 4πs²
-    (docs/model.md#coherence).
-    """
+    """Fractions of unpolarised light in the orders (jx, jy), which are given with each light; `index` must be real."""
     ny, nx = relief.heights.shape
     fine = relief.sampled(FINER * nx, FINER * ny)
     questions = []
     for light, jx, jy in lights:
-        x, y = (light.wavelength_nm * 1e-3 * j / length for j, length in zip((jx, jy), relief.period))
-        x, y = x - light.wi[0], y - light.wi[1]
+        wavelength_um = light.wavelength_nm * 1e-3
+        x, y = (wavelength_um * j / length - towards for j, length, towards in zip((jx, jy), relief.period, light.wi))
         wo = np.stack([x, y, np.sqrt(1 - x**2 - y**2)], axis=-1)
         wi = light.wi.tolist()
         questions += [{"wi": wi, "wo": out, "wavelength": light.wavelength_nm} for out in wo.tolist()]
@@ -80,15 +78,14 @@ def efficiencies(
         np.save(path, fine.heights)
         pixel = relief.period[0] / fine.heights.shape[1]
         if not np.isclose(pixel, relief.period[1] / fine.heights.shape[0]):
-            raise ValueError("the pixels of a file are square")
+            raise ValueError("the relief's pixels must be square")
         words = ["eval", "--method", "exact", "--height-field", path, "--pixel-size", pixel, "--level", "none"]
         words += ["--tiling", "periodic", "--coherence-length", COHERENCE_LENGTH_UM, "--eta", index.real, *form.words()]
         values = np.array(ask(words, questions))
-    peak = 4 * np.pi * (COHERENCE_LENGTH_UM / 4) ** 2
     parts = np.split(values, np.cumsum([len(jx) for _, jx, _ in lights])[:-1])
-    return [part * (light.wavelength_nm * 1e-3) ** 2 / peak for part, (light, _, _) in zip(parts, lights)]
+    return [part * power_of_value(light.wavelength_nm) for part, (light, _, _) in zip(parts, lights)]
 
 
 def misplaced(found: np.ndarray, true: np.ndarray) -> float:
-    """Fraction of the reflected power in wrong orders: half the sum of absolute differences over the power."""
+    """Fraction of the reflected power in wrong orders: half the sum of absolute differences over the true power."""
     return float(0.5 * np.abs(found - true).sum() / true.sum())

@@ -10,11 +10,11 @@ from numpy.polynomial.legendre import leggauss
 
 @dataclass(frozen=True)
 class Panels:
-    """The lower panel [−below, 0] and the upper [0, above], lengths in um.
+    """The lower panel [−below, 0] and the upper [0, above], lengths in µm.
 
-    Each has `nodes` nodes at Chebyshev's extrema, ends included, in rising order from the lower panel on, and
-    `nodes − 1` Gauss points. The matrices `value` and `slope` map values at all nodes to values and slopes at all
-    points.
+    Each panel has `nodes` nodes at the extrema of a Chebyshev polynomial, which include its ends, and `nodes − 1` Gauss
+    points. Nodes and `points` ascend from the lower panel to the upper. The matrices `value` and `slope` map values at
+    all nodes to values and slopes at all points.
     """
 
     below: float
@@ -26,7 +26,7 @@ class Panels:
 
     @property
     def count(self) -> int:
-        """Points of both panels."""
+        """Number of points of both panels."""
         return len(self.points)
 
     @property
@@ -36,9 +36,11 @@ class Panels:
 
 
 def panels(below: float, above: float, nodes: int) -> Panels:
-    at = -np.cos(np.pi * np.arange(nodes) / (nodes - 1))
+    """Panels of these heights."""
+    # Nodes and Gauss points of a panel, scaled to [−1, 1].
+    extrema = -np.cos(np.pi * np.arange(nodes) / (nodes - 1))
     gauss, _ = leggauss(nodes - 1)
-    value, slope = lagrange(at, gauss)
+    value, slope = lagrange(extrema, gauss)
     zero = np.zeros_like(value)
     points = np.concatenate([below * (gauss - 1) / 2, above * (gauss + 1) / 2])
     return Panels(
@@ -54,15 +56,15 @@ def panels(below: float, above: float, nodes: int) -> Panels:
 def lagrange(nodes: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values and derivatives at `x` of the polynomials that are 1 at one node and 0 at the others, `[x, node]`.
 
-    By barycentric weights (Berrut and Trefethen, SIAM Review 46, 2004); no `x` may be a node.
+    They are found by barycentric weights (Berrut and Trefethen, SIAM Review 46, 2004); no `x` may be a node.
     """
-    apart = nodes[:, None] - nodes[None, :]
-    np.fill_diagonal(apart, 1.0)
-    weights = 1 / apart.prod(axis=1)
-    away = x[:, None] - nodes[None, :]
-    terms = weights / away
+    between_nodes = nodes[:, None] - nodes[None, :]
+    np.fill_diagonal(between_nodes, 1.0)
+    weights = 1 / between_nodes.prod(axis=1)
+    from_node = x[:, None] - nodes[None, :]
+    terms = weights / from_node
     total = terms.sum(axis=1, keepdims=True)
     value = terms / total
-    # d/dx of a quotient whose numerator and denominator are sums of w/(x − node).
-    slope = value * ((terms / away).sum(axis=1, keepdims=True) / total - 1 / away)
+    # Derivative of the quotient w/(x − node) / Σ w/(x − node).
+    slope = value * ((terms / from_node).sum(axis=1, keepdims=True) / total - 1 / from_node)
     return value, slope

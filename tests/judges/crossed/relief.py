@@ -9,17 +9,17 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Relief:
-    """Heights over one period in um, `[iy, ix]`, and the periods along x and y in um."""
+    """Heights over one period in µm, `[iy, ix]`, and the periods along x and y in µm."""
 
     heights: np.ndarray
     period: tuple[float, float]
 
     def sampled(self, nx: int, ny: int) -> Relief:
-        """The polynomial without its mean at another number of samples; fewer samples keep the lower harmonics."""
+        """The polynomial without its mean at `nx` and `ny` samples; fewer samples keep only the lower harmonics."""
         old_y, old_x = self.heights.shape
         spectrum = np.fft.fft2(self.heights - self.heights.mean()) / self.heights.size
         jx, jy = harmonics(old_x), harmonics(old_y)
-        # The highest harmonic of an even number of samples stands for both signs.
+        # Harmonic n/2 of an even number n of samples stands for both signs, and is omitted.
         keep_x = np.abs(jx) <= (min(nx, old_x) - 1) // 2
         keep_y = np.abs(jy) <= (min(ny, old_y) - 1) // 2
         finer = np.zeros((ny, nx), complex)
@@ -31,13 +31,15 @@ class Relief:
         ny, nx = self.heights.shape
         spectrum = np.fft.fft2(self.heights)
         found = []
-        for rate in (harmonics(nx)[None, :] / self.period[0], harmonics(ny)[:, None] / self.period[1]):
-            found.append(np.fft.ifft2(2j * np.pi * rate * spectrum).real)
+        # Frequencies of the harmonics in cycles per µm.
+        for frequency in (harmonics(nx)[None, :] / self.period[0], harmonics(ny)[:, None] / self.period[1]):
+            found.append(np.fft.ifft2(2j * np.pi * frequency * spectrum).real)
         return found[0], found[1]
 
     def rms_slopes(self) -> tuple[float, float]:
         """Root mean square slopes of the polynomial along x and y."""
         ny, nx = self.heights.shape
+        # More samples than harmonics in the squares, whose means are then exact.
         x, y = self.sampled(4 * nx + 1, 4 * ny + 1).slopes()
         return float(np.sqrt((x**2).mean())), float(np.sqrt((y**2).mean()))
 
@@ -51,8 +53,9 @@ def harmonics(count: int) -> np.ndarray:
     return np.rint(np.fft.fftfreq(count, 1 / count)).astype(int)
 
 
-# A synthetic skin: harmonics (jx, jy), amplitudes in nm and phases in turns.
+# Periods of the synthetic skin along x and y.
 SYNTHETIC_UM = (1.7, 1.9)
+# Cosine waves of the synthetic skin: harmonic jx and jy, amplitude in nm, phase in turns.
 SYNTHETIC = (
     (1, 0, 26.0, 0.10),
     (0, 1, 48.0, 0.35),
@@ -68,7 +71,7 @@ SYNTHETIC = (
 
 def synthetic() -> Relief:
     """A synthetic relief like a skin's, with pixels of 50 nm, for tests without a scan."""
-    columns, rows = (round(length / 0.05) for length in SYNTHETIC_UM)
+    columns, rows = (round(period_um / 0.05) for period_um in SYNTHETIC_UM)
     x = np.arange(columns)[None, :] / columns
     y = np.arange(rows)[:, None] / rows
     waves = [1e-3 * nm * np.cos(2 * np.pi * (jx * x + jy * y + turns)) for jx, jy, nm, turns in SYNTHETIC]

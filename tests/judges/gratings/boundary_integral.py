@@ -1,9 +1,11 @@
 """Order efficiencies of a perfectly conducting grating by boundary integral equations of the second kind.
 
-TE (E along the grooves, zero on the metal): ψ/2 + K'ψ = ∂u_inc/∂n for ψ = ∂u/∂n. TM (H along the grooves, with no
-normal derivative on the metal): u/2 − Ku = u_inc. K and K' are the double layer potential of the quasi-periodic Green's
-function and its adjoint. The equations are discretised by Nyström's method on the nodes of the profile. Kernels are
-smooth except for r² ln r, so the error falls as the cube of the distance between nodes.
+The field u is E in TE and H in TM, along the grooves; u_inc is the incident one, and n the normal into the air. In TE u
+is 0 on the metal, and ψ = ∂u/∂n obeys ψ/2 + K'ψ = ∂u_inc/∂n. In TM ∂u/∂n is 0 on the metal, and u/2 − Ku = u_inc. K
+and K' are the double layer potential of the quasi-periodic Green's function (green.py) and its adjoint. The equations
+are discretised by Nyström's method on the nodes of the profile. Kernels are smooth except for r² ln r in the distance
+r, so the error falls as the cube of the distance between nodes. α and β are the x and z components of orders' wave
+vectors.
 """
 
 from __future__ import annotations
@@ -15,14 +17,13 @@ import numpy as np
 from .green import Lattice
 from .profile import Polygon, Sinusoid
 
-# Smallest cosine of an order: the Green's function has a pole where an order grazes the surface.
+# Smallest accepted cosine of an order. The Green's function has a pole where an order grazes the surface.
 GRAZING_COSINE = 1e-5
 
 
 @dataclass(frozen=True)
 class Resolution:
-    """Resolution: nodes for each wavelength of arc, their least number on a smooth profile or for each corner, and
-    evanescent orders."""
+    """Nodes for each wavelength of arc, smallest numbers of nodes, and number of evanescent orders to either side."""
 
     nodes_per_wavelength: float = 14
     nodes_min: int = 120
@@ -30,13 +31,14 @@ class Resolution:
     evanescent: int = 80
 
     def finer(self, factor: float) -> Resolution:
+        """The resolution with all numbers multiplied by a factor."""
         counts = (self.nodes_min, self.nodes_per_corner, self.evanescent)
         return Resolution(self.nodes_per_wavelength * factor, *(round(count * factor) for count in counts))
 
 
 @dataclass(frozen=True)
 class Efficiencies:
-    """Fraction of the power in each propagating order; order numbers, and cosines of the orders' angles."""
+    """Numbers of the propagating orders, cosines of their angles, and fractions of the power in TE and in TM."""
 
     orders: np.ndarray
     cosines: np.ndarray
@@ -45,55 +47,62 @@ class Efficiencies:
 
     @property
     def unpolarised(self) -> np.ndarray:
+        """Fractions of the power for unpolarised light."""
         return 0.5 * (self.te + self.tm)
 
     @property
     def imbalance(self) -> float:
-        """Deviation of the sum of the orders from one, the larger of both polarisations."""
+        """Deviation of the sum of the orders from 1, the larger of both polarisations."""
         return float(max(abs(self.te.sum() - 1), abs(self.tm.sum() - 1)))
 
 
 def solve(
     profile: Sinusoid | Polygon, wavelength_nm: float, theta_i_deg: float, resolution: Resolution = Resolution()
 ) -> Efficiencies:
-    """Efficiencies of all propagating orders in both polarisations."""
+    """Efficiencies of all propagating orders. Raises ValueError if an order grazes the surface."""
     k = 2e3 * np.pi / wavelength_nm
     alpha0, beta0 = -k * np.sin(np.radians(theta_i_deg)), k * np.cos(np.radians(theta_i_deg))
+    # At least the largest number of an order that propagates.
     propagating = int(2 * k * profile.period / (2 * np.pi)) + 1
     lattice = Lattice(profile.period, k, alpha0, propagating + resolution.evanescent)
     if np.abs(lattice.beta).min() < GRAZING_COSINE * k:
         raise ValueError(f"an order grazes the surface at {wavelength_nm} nm and {theta_i_deg} degrees")
 
+    # Length of the profile's arc; for a smooth one 64 nodes give it accurately.
     arc = profile.nodes(64).weight.sum()
     corners = len(profile.corners) if isinstance(profile, Polygon) else 0
     least = max(resolution.nodes_min, resolution.nodes_per_corner * corners)
     at = profile.nodes(max(least, int(resolution.nodes_per_wavelength * arc * k / (2 * np.pi))))
     along_x, along_z = off_diagonal(lattice, at.x[:, None] - at.x, at.z[:, None] - at.z)
-    # The flux of the gradient through the curve at the source (K) and at the point (K').
-    double = -(at.normal_x * along_x + at.normal_z * along_z)
+    # Kernels of K and K', [point, source]: the gradient along the normal at the source and at the point.
+    double_layer = -(at.normal_x * along_x + at.normal_z * along_z)
     adjoint = at.normal_x[:, None] * along_x + at.normal_z[:, None] * along_z
-    np.fill_diagonal(double, at.curvature / (4 * np.pi) - at.normal_x * lattice.self_term())
+    np.fill_diagonal(double_layer, at.curvature / (4 * np.pi) - at.normal_x * lattice.self_term())
     np.fill_diagonal(adjoint, at.curvature / (4 * np.pi) + at.normal_x * lattice.self_term())
 
     incident = np.exp(1j * (alpha0 * at.x - beta0 * at.z))
     incident_flux = 1j * (at.normal_x * alpha0 - at.normal_z * beta0) * incident
     half = 0.5 * np.eye(len(at.x))
-    # The unknown is the flux times the weight, which stays finite at corners.
+    # ψ times the weights, which stays finite at corners, and u.
     flux = np.linalg.solve(half + at.weight[:, None] * adjoint, at.weight * incident_flux)
-    field = np.linalg.solve(half - double * at.weight, incident)
+    field = np.linalg.solve(half - double_layer * at.weight, incident)
 
     orders = lattice.orders[lattice.beta.imag == 0]
     alpha, beta = lattice.alpha[lattice.beta.imag == 0], lattice.beta[lattice.beta.imag == 0].real
+    # Amplitudes of the orders in TE and TM, from the Green's function at large z.
     outgoing = np.exp(-1j * (np.outer(alpha, at.x) + np.outer(beta, at.z)))
     te = outgoing @ flux / (2j * profile.period * beta)
-    through = np.outer(alpha, at.normal_x) + np.outer(beta, at.normal_z)
-    tm = (through * outgoing) @ (field * at.weight) / (2 * profile.period * beta)
+    along_normal = np.outer(alpha, at.normal_x) + np.outer(beta, at.normal_z)
+    tm = (along_normal * outgoing) @ (field * at.weight) / (2 * profile.period * beta)
     share = beta / beta0
     return Efficiencies(orders, beta / k, share * np.abs(te) ** 2, share * np.abs(tm) ** 2)
 
 
 def off_diagonal(lattice: Lattice, x: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """The gradient (2, n, n) for every pair of different nodes; the diagonal is zero."""
+    """The Green's function's gradient, (2, n, n), for every pair of different nodes; the diagonal is 0.
+
+    `x` and `z` are the differences of the nodes' positions, (n, n).
+    """
     rows, columns = np.triu_indices(len(x), 1)
     result = np.zeros((2, *x.shape), complex)
     result[:, rows, columns], result[:, columns, rows] = lattice.gradient(x[rows, columns], z[rows, columns])

@@ -1,10 +1,12 @@
-"""Order efficiencies of lamellar gratings by rigorous coupled-wave analysis, the package `meent`.
+"""Order efficiencies of gratings across the grooves by rigorous coupled-wave analysis, the package `meent`.
 
 A perfect conductor is the limit of a metal of index iκ for large κ, with a difference of about 1/κ. The field in the
 walls decays within λ/2πκ, so a larger κ needs more harmonics.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
@@ -13,36 +15,58 @@ from mitsuba_scenes.environment import REPOSITORY, SetupError
 REQUIREMENTS = REPOSITORY / "requirements-validity.lock"
 # Samples of the period for the package's Fourier series; an even number gives a duty of exactly 1/2.
 SAMPLES = 1024
+# The package's values of the polarisation.
+TE, TM = 0, 1
 
 
-def lamellar(
-    period: float, height: float, wavelength_nm: float, theta_i_deg: float, extinction: float, harmonics: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """TE and TM efficiencies of the orders −harmonics … harmonics for a lossless metal of index i·extinction."""
+def solved(
+    layers: np.ndarray,
+    layer_um: float,
+    period_um: float,
+    wavelength_nm: float,
+    theta_i_deg: float,
+    index: complex,
+    harmonics: int,
+    polarisation: int,
+) -> Any:
+    """The package's result, with efficiencies `de_ri` and `de_ti` of the orders −harmonics … harmonics on both sides.
+
+    `layers` has refractive indices, (layers, 1, SAMPLES), from the top down; each layer is `layer_um` high. Light comes
+    from air, and `index` is that of the medium below. Raises SetupError without the package.
+    """
     try:
         import meent
     except ImportError as error:
         raise SetupError(
             f"the page validity needs the package meent: run `.venv/bin/pip install -r {REQUIREMENTS.name}`"
         ) from error
+    # The package's angle has the opposite sign.
+    solver = meent.call_mee(
+        backend=0,
+        pol=polarisation,
+        n_top=1.0,
+        n_bot=index,
+        theta=np.radians(-theta_i_deg),
+        phi=0.0,
+        fto=[harmonics, 0],
+        period=[period_um * 1e3, 1e3],
+        wavelength=wavelength_nm,
+        thickness=[layer_um * 1e3] * len(layers),
+        ucell=layers,
+        type_complex=np.complex128,
+    )
+    return solver.conv_solve()
+
+
+def lamellar(
+    period: float, height: float, wavelength_nm: float, theta_i_deg: float, extinction: float, harmonics: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """TE and TM efficiencies of the orders −harmonics … harmonics for a lossless metal of index i·extinction.
+
+    The profile has a duty of 1/2; lengths are in µm.
+    """
     metal = 1j * extinction
-    cell = np.array([[[metal] * (SAMPLES // 2) + [1.0] * (SAMPLES // 2)]], dtype=complex)
-    found = []
-    for polarisation in (0, 1):
-        # The package's angle has the opposite sign.
-        solver = meent.call_mee(
-            backend=0,
-            pol=polarisation,
-            n_top=1.0,
-            n_bot=metal,
-            theta=np.radians(-theta_i_deg),
-            phi=0.0,
-            fto=[harmonics, 0],
-            period=[period * 1e3, 1e3],
-            wavelength=wavelength_nm,
-            thickness=[height * 1e3],
-            ucell=cell,
-            type_complex=np.complex128,
-        )
-        found.append(np.asarray(solver.conv_solve().de_ri).ravel())
-    return found[0], found[1]
+    layer = np.array([[[metal] * (SAMPLES // 2) + [1.0] * (SAMPLES // 2)]], dtype=complex)
+    light = (wavelength_nm, theta_i_deg)
+    te, tm = (solved(layer, height, period, *light, metal, harmonics, state).de_ri for state in (TE, TM))
+    return np.asarray(te).ravel(), np.asarray(tm).ravel()

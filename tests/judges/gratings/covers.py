@@ -1,22 +1,22 @@
 """Gratings under a clear cover: powers of orders in air, from the judges' powers inside and by the project's theories.
 
-A power is the fraction of unpolarised light from air in an order that leaves into air, without light that the cover's
-flat side reflects back to the grating.
+A power is the fraction of unpolarised light from air in an order that leaves into air. Light that the cover's flat side
+reflects back to the grating is left out. The transmittances of the flat side multiply the powers inside.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from .drawn import DIELECTRIC, Judged, Setting
-from .scalar import COHERENCE_LENGTH_UM, ask
+from .drawn import DIELECTRIC, Judged
+from .scalar import COHERENCE_LENGTH_UM, ask, power_of_value
 from .theories import EXACT, SCALAR, optics, words
 
 
 def transmittances(eta: float, cos: np.ndarray | float) -> np.ndarray:
-    """Fresnel's transmittances of the flat side for s and p, `[..., state]`, from cosines of angles in air."""
+    """Fresnel's transmittances of the flat side of a cover of index `eta`, `[..., state]`, from cosines in air."""
     cos = np.asarray(cos)
-    # eta times the cosine inside.
+    # `eta` times the cosine inside.
     inside = np.sqrt(eta**2 - 1 + cos**2)
     return np.stack(
         [4 * cos * inside / (cos + inside) ** 2, 4 * eta**2 * cos * inside / (eta**2 * cos + inside) ** 2], axis=-1
@@ -31,14 +31,15 @@ def flat_sides(judged: Judged) -> tuple[np.ndarray, np.ndarray]:
 
 
 def through_means(judged: Judged) -> np.ndarray:
-    """The judge's powers times the mean transmittances of both states, as the model has it (docs/model.md)."""
+    """The judge's powers times the transmittances' means over both states, as in the model (docs/model.md)."""
     arriving, leaving = flat_sides(judged)
     return judged.power * arriving.mean() * leaving.mean(axis=-1)
 
 
 def through_states(judged: Judged) -> np.ndarray:
-    """The judge's powers with each state's own transmittances: those of incoherent s and p from end to end."""
+    """The judge's powers with each state's own transmittances, for incoherent s and p from end to end."""
     arriving, leaving = flat_sides(judged)
+    # Axes are order m, state out a, state in b.
     return 0.5 * np.einsum("ma,mab,b->m", leaving, judged.states, arriving)
 
 
@@ -58,9 +59,4 @@ def powers(judged: Judged, theory: str, cover_eta: float | None = None) -> np.nd
     }[theory]
     surface = [*words(setting), *optics(setting), "--cover-eta", cover_eta or setting.cover_eta]
     asked = ["eval", "--method", "exact", *surface, "--coherence-length", COHERENCE_LENGTH_UM, *more]
-    return np.array(ask(asked, questions)) * power_of_value(setting)
-
-
-def power_of_value(setting: Setting) -> float:
-    """Power of an order over f at its centre, λ²/K(0) (docs/model.md#coherence), with lengths in air."""
-    return (setting.wavelength_nm * 1e-3) ** 2 / (4 * np.pi * (COHERENCE_LENGTH_UM / 4) ** 2)
+    return np.array(ask(asked, questions)) * power_of_value(setting.wavelength_nm)

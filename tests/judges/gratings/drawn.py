@@ -1,5 +1,6 @@
-"""Random gratings and lights, with answers of judges other than the solver in Rust.
+"""Random gratings and lights, with stored answers of judges.
 
+A *setting* is a grating with a light. An *answer* has the powers of the orders, as fractions of the incident power.
 `python -m tests.judges.gratings.drawn` writes `answers/drawn.json`, for gratings in air, and `answers/covered.json`,
 for gratings under a clear cover. The judges are
 
@@ -23,6 +24,7 @@ import numpy as np
 
 from tests.judges.crossed.relief import Relief
 from tests.judges.crossed.solver import Resolution as CrossedResolution
+from tests.judges.crossed.solver import direction
 from tests.judges.crossed.solver import solve as crossed
 
 from .boundary_integral import Resolution, solve
@@ -33,37 +35,41 @@ from .scatmech import lamellar as metal_lamellar
 ANSWERS = Path(__file__).parent / "answers"
 # Names of the files of answers: gratings in air, and under a cover.
 BARE, COVERED = "drawn", "covered"
+# Seed of the random settings, and number of settings for each medium and shape.
 SEED, EACH = 18, 16
+# Media, named as Mitsuba's `material`; "none" is a perfect conductor.
 METALS = ("none", "Al", "Ag", "Au")
-# A dielectric below a cover, and its index, about that of titania.
+# Name of a dielectric below a cover, and its index, about that of titania.
 DIELECTRIC, DIELECTRIC_ETA = "dielectric", 2.4
 SHAPES = ("sinusoidal", "blazed", "lamellar")
+# Range of the periods, largest height over the period, largest angle of incidence.
 PERIODS_UM, DEPTH_MAX, THETA_MAX_DEG = (0.3, 4.0), 0.4, 75.0
-# Media, shapes, periods and indices of covers; a perfect conductor's judge has no s and p at an azimuth.
+# Media and shapes under covers. A perfect conductor's judge has no s and p at an azimuth.
 COVERED_MEDIA, COVERED_SHAPES = ("Al", "Ag", "Au", DIELECTRIC), ("sinusoidal", "lamellar")
+# Ranges of the periods under covers, and of the covers' indices.
 COVERED_PERIODS_UM, COVER_ETAS = (0.4, 4.0), (1.3, 1.8)
 WAVELENGTHS_NM = (450.0, 650.0)
 # Largest change of an order's power in unpolarised light between both resolutions of a converged answer.
 SETTLED = 5e-4
 PROFILES = {"sinusoidal": Sinusoid, "blazed": blazed, "lamellar": lamellar}
-# Largest direction cosine along the grooves of light across them.
+# Direction cosine along the grooves below which light counts as across them.
 ACROSS = 1e-12
-# Orders that SCATMECH keeps on either side. The numbers are even: odd ones have another error.
+# Numbers of orders that SCATMECH keeps on either side. They are even, since odd ones have another error.
 WAVES = (70, 140)
-# A number between them. It tells the error of the extrapolation under covers, where SCATMECH converges more slowly.
+# A number between them, which tells the error of the extrapolation under covers, where SCATMECH converges more slowly.
 WAVES_BETWEEN = 104
-# Largest change between both of WAVES at which the extrapolation can be trusted. Corners of silver exceed it.
+# Largest change by the extrapolation at which it can be trusted. Corners of silver exceed it.
 SLOW = 1e-3
-# Samples of a sinusoid, which has one harmonic.
+# Number of samples of a sinusoid, which has one harmonic.
 SAMPLES = 9
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A grating and a light; `metal` is `none` for a perfect conductor. The light is turned by `phi_deg` from +x.
+    """A grating in a medium `metal`, one of METALS or DIELECTRIC, and a light of azimuth `phi_deg` from +x.
 
-    The metal's index is that at the light's wavelength, unless another is named. `theta_deg` is measured in air, and
-    `wavelength_nm` in vacuum; `cover_eta` is the index of a flat clear layer over the relief.
+    A metal's index is that at the wavelength `index_nm`, by default the light's. `theta_deg` is measured in air, and
+    `wavelength_nm` in vacuum. `cover_eta` is the index of a flat clear layer over the relief.
     """
 
     metal: str
@@ -78,6 +84,7 @@ class Setting:
 
     @property
     def index(self) -> complex | None:
+        """Refractive index η + ik of the medium; `None` for a perfect conductor."""
         if self.metal == DIELECTRIC:
             return complex(DIELECTRIC_ETA)
         return None if self.metal == "none" else index(self.metal, self.index_nm or self.wavelength_nm)
@@ -89,8 +96,8 @@ class Setting:
 
     @property
     def wi(self) -> np.ndarray:
-        theta, phi = np.radians([self.theta_deg, self.phi_deg])
-        return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+        """Unit vector to the light, in air."""
+        return direction(self.theta_deg, self.phi_deg)
 
     def wo(self, orders: np.ndarray) -> np.ndarray:
         """Directions in air of some orders, `[order, 3]`; NaN along z for those that do not leave."""
@@ -102,11 +109,11 @@ class Setting:
 
 @dataclass(frozen=True)
 class Judged:
-    """A setting and its judge's answer: orders, their power in unpolarised light, and the change between resolutions.
+    """A setting with its judge's answer: orders that leave into air, and their powers for unpolarised light.
 
-    `jones` holds amplitudes of s and p as in `tests.judges.crossed.solver.Orders`, where the judge gives them, and
-    `states` the powers of s and p, `[order, out, in]`. Under a cover orders are those that leave it, and powers are
-    those inside.
+    `unsettled` is the largest change of a power between the judge's resolutions. `jones` has amplitudes of s and p as
+    in `tests.judges.crossed.solver.Orders`, and `states` powers of s and p, `[order, out, in]`; both are `None` where
+    the judge does not give them. Under a cover powers are those inside it.
     """
 
     setting: Setting
@@ -117,7 +124,12 @@ class Judged:
     states: np.ndarray | None = None
 
 
+# Orders that propagate, their powers for unpolarised light, and `jones` and `states` of `Judged`.
+Answer = tuple
+
+
 def drawn(rng: np.random.Generator, metal: str, shape: str, periods_um: tuple[float, float]) -> Setting:
+    """A random setting; periods are uniform in their logarithm."""
     period = float(np.exp(rng.uniform(*np.log(periods_um))))
     numbers = (period, period * rng.uniform(0.02, DEPTH_MAX), rng.uniform(*WAVELENGTHS_NM))
     angles = (rng.uniform(0, THETA_MAX_DEG), rng.uniform(0, 360))
@@ -125,12 +137,14 @@ def drawn(rng: np.random.Generator, metal: str, shape: str, periods_um: tuple[fl
 
 
 def settings() -> list[Setting]:
+    """The settings in air."""
     rng = np.random.default_rng(SEED)
     made = [drawn(rng, metal, shape, PERIODS_UM) for metal in METALS for shape in SHAPES for _ in range(EACH)]
     return [setting for setting in made if setting.metal == "none" or setting.shape != "blazed"]
 
 
 def covered_settings() -> list[Setting]:
+    """The settings under covers."""
     rng = np.random.default_rng(SEED)
     return [
         replace(drawn(rng, medium, shape, COVERED_PERIODS_UM), cover_eta=round(float(rng.uniform(*COVER_ETAS)), 4))
@@ -140,8 +154,11 @@ def covered_settings() -> list[Setting]:
     ]
 
 
-def perfect(setting: Setting, resolution: Resolution) -> tuple:
-    """Fields proportional to exp(i ky y) obey the equations across the grooves with κ² = k² − ky² for k²."""
+def perfect(setting: Setting, resolution: Resolution) -> Answer:
+    """The answer for a perfect conductor by the boundary integral, with `states` for light across the grooves alone.
+
+    Fields proportional to exp(i ky y) obey the equations across the grooves with k² − ky² in place of k².
+    """
     # Wave number across the grooves over that in air.
     across = np.sqrt(setting.cover_eta**2 - setting.wi[1] ** 2)
     theta_deg = float(np.degrees(np.arcsin(setting.wi[0] / across)))
@@ -152,7 +169,8 @@ def perfect(setting: Setting, resolution: Resolution) -> tuple:
     return found.orders, found.unpolarised, None, states
 
 
-def sinusoid(setting: Setting, factor: float) -> tuple:
+def sinusoid(setting: Setting, factor: float) -> Answer:
+    """The answer for a sinusoid by the solver of `tests.judges.crossed`, with a factor on its resolution."""
     above = setting.cover_eta
     relief, resolution = flattened(setting.period_um, setting.height_um, setting.wavelength_nm / above, factor)
     light = (setting.wavelength_nm, setting.theta_inside_deg, setting.phi_deg)
@@ -162,20 +180,23 @@ def sinusoid(setting: Setting, factor: float) -> tuple:
     return found.jx[order], found.unpolarised[order], jones, np.abs(jones) ** 2
 
 
-def flattened(period_um: float, height_um: float, wavelength_nm: float, factor: float) -> tuple:
-    """A sinusoid for the solver of `tests.judges.crossed`, and a resolution, from the shortest wavelength in a medium.
+def flattened(
+    period_um: float, height_um: float, wavelength_nm: float, factor: float
+) -> tuple[Relief, CrossedResolution]:
+    """A sinusoid and a resolution for the solver of `tests.judges.crossed`, with the wavelength in the denser medium.
 
     The period along y is so short that harmonic 0 alone is kept.
     """
     x = np.arange(SAMPLES) / SAMPLES
     wave = 0.5 * height_um * np.sin(2 * np.pi * x)[None]
     slope = np.pi * height_um / period_um
-    # Harmonics of the field: those of the waves, twice for the slopes.
+    # Frequencies in cycles per µm: six times that of the waves, and harmonics of the grating, more for steeper slopes.
     cutoff = factor * (6e3 / wavelength_nm + (10 + 25 * slope) / period_um)
     return Relief(wave, (period_um, 0.4 / cutoff)), CrossedResolution(cutoff, round(factor * 26), 1e-7, 300)
 
 
-def scatmech(setting: Setting, waves: int) -> tuple:
+def scatmech(setting: Setting, waves: int) -> Answer:
+    """The answer for a lamellar grating by SCATMECH, with `waves` orders on either side."""
     light = (setting.wavelength_nm, setting.index, setting.theta_inside_deg, setting.phi_deg)
     found = metal_lamellar(setting.period_um, setting.height_um, *light, waves, setting.cover_eta)
     orders = np.array(sorted(found))
@@ -183,18 +204,15 @@ def scatmech(setting: Setting, waves: int) -> tuple:
     return orders, 0.5 * states.sum(axis=(1, 2)), None, states
 
 
-def extrapolated(numbers: tuple[int, int], few: tuple, many: tuple) -> tuple:
-    """The limit of answers with two numbers of waves, whose errors are inverse to these numbers."""
+def extrapolated(numbers: tuple[int, int], few: Answer, many: Answer) -> Answer:
+    """The limit for many waves of SCATMECH's answers with two numbers of waves, to which errors are inverse."""
     m, n = numbers
     power, states = ((n * many[part] - m * few[part]) / (n - m) for part in (1, 3))
     return many[0], power, None, states
 
 
 def judged(setting: Setting) -> Judged:
-    """The judge's answer at the finer of two resolutions.
-
-    SCATMECH's error is inverse to the number of orders; its answers are extrapolated from the fewest and the most.
-    """
+    """The judge's answer at the finer of two resolutions; those of SCATMECH are extrapolated from both."""
     if setting.metal == "none":
         coarse, fine = (perfect(setting, Resolution().finer(factor)) for factor in (1.0, 2.0))
     elif setting.shape == "sinusoidal":
@@ -207,7 +225,7 @@ def judged(setting: Setting) -> Judged:
     return leaving(setting, fine, change(setting, coarse, fine))
 
 
-def change(setting: Setting, coarse: tuple, fine: tuple) -> float:
+def change(setting: Setting, coarse: Answer, fine: Answer) -> float:
     """Largest change of the power of an order that leaves between two answers."""
     return float(np.abs(fine[1] - coarse[1])[leaves(setting, fine[0])].max())
 
@@ -217,15 +235,15 @@ def leaves(setting: Setting, orders: np.ndarray) -> np.ndarray:
     return np.isfinite(setting.wo(orders)[:, 2])
 
 
-def leaving(setting: Setting, answer: tuple, unsettled: float) -> Judged:
-    """The orders that leave into air of a judge's answer: orders, powers, amplitudes and powers of states."""
+def leaving(setting: Setting, answer: Answer, unsettled: float) -> Judged:
+    """The part of a judge's answer for the orders that leave into air."""
     kept = leaves(setting, answer[0])
     orders, power, jones, states = (None if part is None else part[kept] for part in answer)
     return Judged(setting, orders, power, unsettled, jones, states)
 
 
 def load(name: str = BARE) -> list[Judged]:
-    """The stored answers that have converged."""
+    """The stored answers of a file; `name` is BARE or COVERED."""
     found = []
     for row in stored(name)["answers"]:
         jones, states = row["jones"], row.get("states")
@@ -246,6 +264,7 @@ def left_out(name: str = BARE) -> list[dict]:
 
 
 def stored(name: str) -> dict:
+    """The contents of a file of answers."""
     return json.loads((ANSWERS / f"{name}.json").read_text(encoding="utf-8"))
 
 
@@ -283,6 +302,7 @@ def write(name: str, chosen: list[Setting]) -> None:
 
 
 def main() -> None:
+    """Writes the files that are named on the command line, by default both."""
     parser = argparse.ArgumentParser(prog="python -m tests.judges.gratings.drawn", description=__doc__)
     parser.add_argument("names", nargs="*", choices=(BARE, COVERED), default=(BARE, COVERED))
     names = parser.parse_args().names

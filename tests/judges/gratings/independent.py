@@ -1,4 +1,8 @@
-"""Other solutions of Maxwell's equations for some profiles, to test the boundary integral."""
+"""Other solutions of Maxwell's equations for two profiles in a perfect conductor, to test the boundary integral.
+
+u is the field along the grooves, E in TE and H in TM. α_n and β_n are the x and z components of order n's wave vector,
+and δ_n0 is 1 for n = 0 and else 0.
+"""
 
 from __future__ import annotations
 
@@ -10,17 +14,17 @@ from .profile import Sinusoid
 
 
 def _waves(period: float, wavelength_nm: float, theta_i_deg: float, evanescent: int) -> Lattice:
+    """The orders of plane waves that represent the field; `evanescent` of them to either side do not propagate."""
     k = 2e3 * np.pi / wavelength_nm
     return Lattice(period, k, -k * np.sin(np.radians(theta_i_deg)), int(k * period / np.pi) + 1 + evanescent)
 
 
 def _efficiencies(waves: Lattice, te: np.ndarray, tm: np.ndarray) -> Efficiencies:
-    open_ = waves.beta.imag == 0
-    beta = waves.beta[open_].real
-    share = beta / beta[waves.orders[open_] == 0]
-    return Efficiencies(
-        waves.orders[open_], beta / waves.k, share * np.abs(te[open_]) ** 2, share * np.abs(tm[open_]) ** 2
-    )
+    """Efficiencies of the orders that propagate, from the amplitudes of all."""
+    kept = waves.beta.imag == 0
+    orders, beta = waves.orders[kept], waves.beta[kept].real
+    share = beta / beta[orders == 0]
+    return Efficiencies(orders, beta / waves.k, share * np.abs(te[kept]) ** 2, share * np.abs(tm[kept]) ** 2)
 
 
 def lamellar_modes(
@@ -28,9 +32,10 @@ def lamellar_modes(
 ) -> Efficiencies:
     """The modal method for a lamellar grating of duty 1/2.
 
-    The field in a groove is a sum of modes of a waveguide with metal walls and bottom, in closed form. Fourier
-    coefficients match it to plane waves at the height of the ridges. The number of modes is half of the orders', as
-    the groove is half of the period.
+    The field in a groove is a sum of modes of a waveguide with metal walls and bottom, in closed form. Mode m has the
+    wave number μ_m = mπ/width across the groove, and r_m along z. Fourier coefficients match the modes to plane waves
+    at the top of the ridges, z = 0. s is the distance from the groove's left wall. There are half as many modes as
+    orders, since the groove is half of the period.
     """
     waves = _waves(period, wavelength_nm, theta_i_deg, evanescent)
     width, alpha, beta, k = 0.5 * period, waves.alpha, waves.beta, waves.k
@@ -38,34 +43,36 @@ def lamellar_modes(
     mirror = waves.orders == 0
     beta0 = beta[mirror][0]
 
-    def along(rates):
-        """∫ exp(i rate s) ds over the groove, s from its left wall."""
-        return width * np.exp(0.5j * rates * width) * np.sinc(rates * width / (2 * np.pi))
+    def integral(wave_number):
+        """∫ exp(i·wave_number·s) ds over the groove."""
+        return width * np.exp(0.5j * wave_number * width) * np.sinc(wave_number * width / (2 * np.pi))
 
     def modes(first):
+        """m from `first` on, r_m, and the integrals of exp(i(α_n ± μ_m)s), [n, m]."""
         m = np.arange(first, first + count)
         mu = m * np.pi / width
-        rates = np.sqrt((k**2 - mu**2).astype(complex))
-        plus, minus = along(alpha[:, None] + mu), along(alpha[:, None] - mu)
-        return m, rates, plus, minus
+        r = np.sqrt((k**2 - mu**2).astype(complex))
+        return m, r, integral(alpha[:, None] + mu), integral(alpha[:, None] - mu)
 
-    # TE: u = Σ_m a_m sin(μ_m s) sin(r_m (z + height)) / sin(r_m height) in the groove, u = 0 on the ridge: u is
+    # TE: u = Σ_m a_m sin(μ_m s) sin(r_m (z + height)) / sin(r_m height) in the groove, u = 0 on the ridge. u is
     # continuous over the period, ∂u/∂z over the groove.
-    _, rates, plus, minus = modes(1)
-    project = (plus - minus) / 2j  # ∫ exp(iα_n s) sin(μ_m s) ds
-    slopes = rates / np.tan(rates * height)
-    # u_n = −δ_n0 + Σ_m conj(project)_nm a_m / period ; Σ_n iβ_n u_n project_nm − iβ_0 project_0m = a_m slope_m width/2
+    _, r, plus, minus = modes(1)
+    # ∫ exp(iα_n s) sin(μ_m s) ds.
+    project = (plus - minus) / 2j
+    slopes = r / np.tan(r * height)
+    # u_n = −δ_n0 + Σ_m conj(project)_nm a_m / period; Σ_n iβ_n u_n project_nm − iβ_0 project_0m = a_m slope_m width/2.
     back = np.conj(project) / period
     system = project.T @ (1j * beta[:, None] * back) - np.diag(0.5 * width * slopes)
     a = np.linalg.solve(system, 2j * beta0 * project[mirror][0])
     te = back @ a - mirror
 
-    # TM: u = Σ_m a_m cos(μ_m s) cos(r_m (z + height)), ∂u/∂z = 0 on the ridge: the two change places.
-    m, rates, plus, minus = modes(0)
+    # TM: u = Σ_m a_m cos(μ_m s) cos(r_m (z + height)) / cos(r_m height), ∂u/∂z = 0 on the ridge. ∂u/∂z is continuous
+    # over the period, u over the groove.
+    m, r, plus, minus = modes(0)
     project = (plus + minus) / 2
-    slopes = -rates * np.tan(rates * height)
+    slopes = -r * np.tan(r * height)
     norm = width * np.where(m == 0, 1, 0.5)
-    # iβ_n u_n = iβ_0 δ_n0 + Σ_m slope_m conj(project)_nm a_m / period ; Σ_n u_n project_nm + project_0m = a_m norm_m
+    # iβ_n u_n = iβ_0 δ_n0 + Σ_m slope_m conj(project)_nm a_m / period; Σ_n u_n project_nm + project_0m = a_m norm_m.
     back = np.conj(project) * slopes / (1j * beta[:, None] * period)
     system = project.T @ back - np.diag(norm)
     a = np.linalg.solve(system, -2 * project[mirror][0])
@@ -76,17 +83,19 @@ def lamellar_modes(
 def sinusoid_rayleigh(
     profile: Sinusoid, wavelength_nm: float, theta_i_deg: float, evanescent: int = 8, points: int = 200
 ) -> Efficiencies:
-    """Rayleigh's expansion on a sinusoid: upward plane waves, matched on the profile by least squares.
+    """Rayleigh's expansion on a sinusoid: upward plane waves that obey the boundary condition by least squares.
 
-    It converges for slopes of up to 0.448 (Petit and Cadilhac 1966; Millar 1971), 24°.
+    The condition is tested at `points` nodes. The expansion converges for slopes of up to 0.448, or 24° (Petit and
+    Cadilhac 1966; Millar 1971).
     """
     waves = _waves(profile.period, wavelength_nm, theta_i_deg, evanescent)
     keep = np.abs(waves.alpha) < waves.k + 2 * np.pi / profile.period * evanescent
     at = profile.nodes(points)
+    # Height above the profile's middle.
     z = at.z - 0.5 * profile.height
     up = np.exp(1j * (np.outer(at.x, waves.alpha) + np.outer(z, waves.beta)))[:, keep]
     down = np.exp(1j * (waves.alpha0 * at.x - waves.beta[waves.orders == 0] * z))
-    # Evanescent waves have unit amplitude at the ridges, so that columns are of equal size.
+    # Evanescent waves get unit amplitude at the ridges, so that columns are of equal size.
     scale = np.exp(-waves.beta.imag * 0.5 * profile.height)[keep]
     flux_up = np.outer(at.normal_x, waves.alpha[keep]) + np.outer(at.normal_z, waves.beta[keep])
     flux_down = at.normal_x * waves.alpha0 - at.normal_z * waves.beta[waves.orders == 0]

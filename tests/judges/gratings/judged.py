@@ -1,8 +1,8 @@
 """Writes reference tables for the rigorous solver in Rust: `python -m tests.judges.gratings.judged`.
 
-`perfect.csv`: perfect conductors by `boundary_integral`, TE and TM across the grooves. `metals.csv`: lamellar gratings
-of aluminium, silver and gold by SCATMECH (`pySCATMECH`, see `requirements-judges.lock`), s and p in conical mounts,
-extrapolated from two truncations, with the difference between extrapolation and the finer as its uncertainty.
+`perfect.csv` has perfect conductors by `boundary_integral`, in TE and TM across the grooves. `metals.csv` has lamellar
+gratings of aluminium, silver and gold in conical mounts by SCATMECH (`requirements-judges.lock`). Its powers of s and p
+are extrapolated from two truncations. Their uncertainty `unsettled` is the difference from the finer truncation.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from .scatmech import lamellar as metal_lamellar
 FOLDER = REPOSITORY / "crates" / "rigorous" / "tests" / "data"
 # Rounded indices at 550 nm: Rakić 1998 (Al), Johnson & Christy 1972 (Ag, Au).
 METALS = {"Al": 0.96 + 6.69j, "Ag": 0.06 + 3.59j, "Au": 0.42 + 2.35j}
-# Period, height in um; incidence and azimuth in degrees.
+# Lamellar gratings and lights: period and height in µm, angle of incidence and azimuth in degrees.
 LAMELLAR = [(1.6, 0.12, 40.0, 0.0), (1.6, 0.12, 25.0, 40.0), (0.8, 0.12, 40.0, 90.0), (0.8, 0.2, 60.0, 40.0)]
 LAMELLAR += [(0.3, 0.08, 20.0, 0.0), (0.3, 0.08, 55.0, 40.0)]
 PROFILES = {"sinusoid": Sinusoid, "blazed": blazed, "lamellar": lamellar}
-# Profile, period, height in um; wavelength in nm; incidence in degrees.
+# Perfect conductors: profile, period and height in µm, wavelength in nm, angle of incidence in degrees.
 PERFECT = [
     ("sinusoid", 1.0, 0.3, 550.0, 20.0),
     ("sinusoid", 2.5, 0.25, 450.0, 60.0),
@@ -34,16 +34,18 @@ PERFECT = [
     ("lamellar", 1.6, 0.12, 550.0, 40.0),
     ("lamellar", 0.6, 0.2, 450.0, 10.0),
 ]
-# With fewer waves the error of silver's p states does not yet decay regularly.
+# Numbers of SCATMECH's waves to either side. With fewer the error of p in silver does not yet fall as their inverse.
 WAVES = (80, 160)
 
 
 def write(path: Path, header: str, rows: list[str]) -> None:
+    """Writes a file of comma-separated values, and creates its folder."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
 
 
 def perfect() -> list[str]:
+    """The rows of `perfect.csv`."""
     rows = []
     for name, period, height, wavelength, theta in PERFECT:
         found = solve(PROFILES[name](period, height), wavelength, theta, Resolution().finer(3.0))
@@ -55,11 +57,13 @@ def perfect() -> list[str]:
 
 
 def metals() -> list[str]:
+    """The rows of `metals.csv`."""
     rows = []
     for metal, index in METALS.items():
         for period, height, theta, azimuth in LAMELLAR:
             coarse, fine = (metal_lamellar(period, height, 550.0, index, theta, azimuth, waves) for waves in WAVES)
             for order in fine:
+                # Powers of incident s and p. The error halves from the coarser to the finer truncation.
                 before, after = (found[order].sum(axis=0) for found in (coarse, fine))
                 limit = 2 * after - before
                 unsettled = np.abs(limit - after).max()

@@ -11,13 +11,13 @@ import numpy as np
 
 @cache
 def _column(metal: str, part: str) -> np.ndarray:
-    """Rows of wavelength in nm and value from one of Mitsuba's files."""
+    """Rows of wavelength in nm and value from Mitsuba's file of a metal; `part` is "eta" or "k"."""
     folder = Path(distribution("mitsuba").locate_file("mitsuba/data/ior"))
     return np.loadtxt(folder / f"{metal}.{part}.spd", comments="#")
 
 
 def index(metal: str, wavelength_nm: float) -> complex:
-    """η + ik, linearly interpolated between the wavelengths of the file."""
+    """η + ik of a metal, named as Mitsuba's `material`, linearly interpolated between the wavelengths of the file."""
     parts = []
     for name in ("eta", "k"):
         table = _column(metal, name)

@@ -1,4 +1,4 @@
-"""Profiles of gratings as curves with nodes for quadrature."""
+"""Profiles of gratings as curves (x, z) with nodes for quadrature, lengths in µm."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Exponent of the grading of nodes towards a corner, where fields are singular.
+# Order of the map that makes nodes denser towards corners, where fields are singular (`graded`).
 GRADING = 5
 
 
 @dataclass(frozen=True)
 class Nodes:
-    """Points of one period of a curve for a quadrature: (n,) arrays; lengths in um.
+    """Points of one period of a curve for a quadrature, as (n,) arrays.
 
-    `weight` is the element of arc; `(normal_x, normal_z)` points up, into the air; `curvature` is n·r''/|r'|² in 1/um.
+    `weight` is the length of arc of a point, and `(normal_x, normal_z)` the unit normal into the air. `curvature` is
+    positive where the curve bends towards the normal, in 1/µm.
     """
 
     x: np.ndarray
@@ -34,22 +35,22 @@ class Sinusoid:
 
     @property
     def slope_deg(self) -> float:
-        """Steepest slope."""
+        """Largest slope."""
         return float(np.degrees(np.arctan(np.pi * self.height / self.period)))
 
     def nodes(self, count: int) -> Nodes:
         """Nodes uniform in x, of spectral accuracy for smooth periodic profiles."""
         phase = 2 * np.pi * (np.arange(count) + 0.5) / count
-        rate = 2 * np.pi / self.period
-        slope = 0.5 * self.height * rate * np.cos(phase)
-        bend = -0.5 * self.height * rate**2 * np.sin(phase)
+        wave_number = 2 * np.pi / self.period
+        slope = 0.5 * self.height * wave_number * np.cos(phase)
+        second_derivative = -0.5 * self.height * wave_number**2 * np.sin(phase)
         length = np.hypot(1, slope)
         return Nodes(
-            x=phase / rate,
+            x=phase / wave_number,
             z=0.5 * self.height * (1 + np.sin(phase)),
             normal_x=-slope / length,
             normal_z=1 / length,
-            curvature=bend / length**3,
+            curvature=second_derivative / length**3,
             weight=length * self.period / count,
         )
 
@@ -62,13 +63,14 @@ class Polygon:
     corners: tuple[tuple[float, float], ...]
 
     def nodes(self, count: int) -> Nodes:
-        """Nodes graded towards the corners, divided among the edges by length, with a least number on each."""
+        """Nodes graded towards the corners; half of them are divided among the edges equally, half by length."""
         ends = np.array([*self.corners, (self.corners[0][0] + self.period, self.corners[0][1])])
         edges = np.diff(ends, axis=0)
         lengths = np.hypot(*edges.T)
         shares = 0.5 / len(edges) + 0.5 * lengths / lengths.sum()
         parts = []
         for start, edge, length, share in zip(ends, edges, lengths, shares):
+            # At least 8 nodes on an edge. `along` is the fraction of the edge.
             along, step = graded(max(8, round(count * share)))
             ones = np.ones_like(along)
             normal = np.array([-edge[1], edge[0]]) / length
@@ -98,7 +100,7 @@ def echelette(period: float, slope_deg: float) -> Polygon:
 
 
 def lamellar(period: float, height: float) -> Polygon:
-    """`height` over the first half of the period, 0 over the second."""
+    """Ridges of this height over the first half of the period, grooves over the second."""
     half = 0.5 * period
     return Polygon(period, ((0.0, height), (half, height), (half, 0.0), (period, 0.0)))
 
@@ -106,11 +108,13 @@ def lamellar(period: float, height: float) -> Polygon:
 def graded(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Nodes in (0, 1) and their weights: the midpoint rule after a map whose first derivatives vanish at both ends.
 
-    The map is Kress's (Numer. Math. 58, 1990), a sigmoid of order `GRADING`.
+    The map is Kress's sigmoid v(s)^q / (v(s)^q + v(−s)^q) of order q = GRADING, with v(s) = (1/2 − 1/q) s³ + s/q + 1/2
+    (Numer. Math. 58, 1990).
     """
     s = 2 * (np.arange(count) + 0.5) / count - 1
-    bend = 0.5 - 1 / GRADING
-    near, far = (sign * (bend * s**3 + s / GRADING) + 0.5 for sign in (1, -1))
+    cubic = 0.5 - 1 / GRADING
+    # v(s) and v(−s).
+    near, far = (sign * (cubic * s**3 + s / GRADING) + 0.5 for sign in (1, -1))
     total = near**GRADING + far**GRADING
-    derivative = GRADING * (3 * bend * s**2 + 1 / GRADING) * (near * far) ** (GRADING - 1) / total**2
+    derivative = GRADING * (3 * cubic * s**2 + 1 / GRADING) * (near * far) ** (GRADING - 1) / total**2
     return near**GRADING / total, derivative * 2 / count

@@ -1,4 +1,7 @@
-"""Order efficiencies of the scalar model: from `sunbeam eval`, and in closed form."""
+"""Order efficiencies of the scalar model: from `sunbeam eval`, and in closed form.
+
+c_j is the amplitude of order j of the phase screen, and O the obliquity factor (docs/model.md).
+"""
 
 from __future__ import annotations
 
@@ -11,10 +14,10 @@ import numpy as np
 from mitsuba_scenes.environment import SetupError
 from mitsuba_scenes.tool import TOOL
 
-# Coherence length in um, the plugin's default. With periods up to 10 um orders are 14 standard deviations apart, so the
-# value at the centre of an order is its own.
+# Coherence length, the plugin's default. With periods of up to 10 µm orders are at least 14 standard deviations apart,
+# so the value at the centre of an order is that of the order alone.
 COHERENCE_LENGTH_UM = 65.0
-# Terms of the mean for a Bessel function, whose integrand is smooth and periodic.
+# Number of points of the mean in `bessel`, whose integrand is smooth and periodic.
 BESSEL_POINTS = 256
 
 
@@ -27,6 +30,7 @@ class Model:
 
     @property
     def name(self) -> str:
+        """The model's name on pages; "limited" stands for energy conservation."""
         return f"{self.obliquity}, limited" if self.conserve_energy else self.obliquity
 
 
@@ -36,7 +40,7 @@ MODELS = (STAM_LIMITED, STAM, UNIT)
 
 @dataclass(frozen=True)
 class Grating:
-    """A preset of the tool: `sinusoidal`, `blazed` or `lamellar`; lengths in um."""
+    """A preset of `sunbeam`: `sinusoidal`, `blazed` or `lamellar`, with its period and height in µm."""
 
     preset: str
     period: float
@@ -53,15 +57,15 @@ class Light:
 
 def propagating(period: float, light: Light) -> tuple[np.ndarray, np.ndarray]:
     """The orders above the horizon and their `wo.x`."""
-    rate = light.wavelength_nm / 1e3 / period
+    ratio = light.wavelength_nm / 1e3 / period
     sine = np.sin(np.radians(light.theta_i_deg))
-    orders = np.arange(int(-(1 - sine) / rate) - 1, int((1 + sine) / rate) + 2)
-    towards = orders * rate - sine
+    orders = np.arange(int(-(1 - sine) / ratio) - 1, int((1 + sine) / ratio) + 2)
+    towards = orders * ratio - sine
     return orders[np.abs(towards) < 1], towards[np.abs(towards) < 1]
 
 
 def surface_words(grating: Grating, model: Model, coherence_length_um: float, cover_eta: float | None = None) -> list:
-    """Arguments of the command for grating, model, and index of a cover."""
+    """The arguments of `sunbeam eval` for a grating, a model, and the index of a cover."""
     words = ["--preset", grating.preset, "--period", grating.period, "--height", grating.height]
     words += ["--coherence-length", coherence_length_um, "--obliquity", model.obliquity]
     words += [] if cover_eta is None else ["--cover-eta", cover_eta]
@@ -75,10 +79,9 @@ def efficiencies(
     coherence_length_um: float = COHERENCE_LENGTH_UM,
     cover_eta: float | None = None,
 ) -> list[np.ndarray]:
-    """Fraction of the power in every propagating order for each light, from the command's exact values.
+    """Fractions of the power in the propagating orders for each light, by `sunbeam eval --method exact`.
 
-    At the centre of an order the reflectance is `O |c_j|² K(0) / λ²` with `K(0) = 4πs²`, and the order carries
-    `O |c_j|²` (docs/model.md#the-reflectance). Under a cover of index `cover_eta` the factor K(0)/λ² is the same.
+    `cover_eta` is the index of a cover, or `None` without one.
     """
     questions, sizes = [], []
     for light in lights:
@@ -89,20 +92,31 @@ def efficiencies(
         questions += [{"wi": wi, "wo": [x, 0, np.sqrt(1 - x * x)], "wavelength": light.wavelength_nm} for x in towards]
     words = surface_words(grating, model, coherence_length_um, cover_eta)
     values = ask(["eval", "--method", "exact", *words], questions)
-    peak = 4 * np.pi * (coherence_length_um / 4) ** 2
     parts = np.split(np.array(values), np.cumsum(sizes)[:-1])
-    return [part * (light.wavelength_nm / 1e3) ** 2 / peak for part, light in zip(parts, lights)]
+    return [part * power_of_value(light.wavelength_nm, coherence_length_um) for part, light in zip(parts, lights)]
+
+
+def power_of_value(wavelength_nm: float, coherence_length_um: float = COHERENCE_LENGTH_UM) -> float:
+    """Power of an order over the BSDF at its centre, λ²/K(0), if other orders are far from it.
+
+    K(0) = 4πs² is the power of the coherence window, and s a quarter of the coherence length
+    (docs/model.md#coherence). λ is the wavelength in air, under a cover too.
+    """
+    return (wavelength_nm * 1e-3) ** 2 / (4 * np.pi * (coherence_length_um / 4) ** 2)
 
 
 def integrated(grating: Grating, model: Model, light: Light, order: int, points: int = 31) -> float:
-    """Power of an order: the integral of f cosθo over its lobe, in du dv, six standard deviations wide."""
+    """Power of an order: the integral of the BSDF over direction sines, to six standard deviations around its centre.
+
+    `points` is the number of directions along either axis.
+    """
     sine = np.sin(np.radians(light.theta_i_deg))
     orders, towards = propagating(grating.period, light)
-    axis = towards[orders == order][0]
-    # K falls as exp(−4π²s²|f|²), with f = u/λ.
+    centre = towards[orders == order][0]
+    # The BSDF falls as exp(−4π²s²u²/λ²) with the distance u from the centre.
     deviation = light.wavelength_nm / 1e3 / (2 * np.sqrt(2) * np.pi * COHERENCE_LENGTH_UM / 4)
     steps = np.linspace(-6, 6, points) * deviation
-    lobe = [(axis + u, v) for u in steps for v in steps]
+    lobe = [(centre + u, v) for u in steps for v in steps]
     wi = [sine, 0, np.sqrt(1 - sine**2)]
     questions = [
         {"wi": wi, "wo": [x, y, np.sqrt(1 - x * x - y * y)], "wavelength": light.wavelength_nm}
@@ -114,7 +128,10 @@ def integrated(grating: Grating, model: Model, light: Light, order: int, points:
 
 
 def ask(words: list, questions: list[dict]) -> list[float]:
-    """Values `f` of the command `sunbeam eval` in 1/sr."""
+    """The BSDF in 1/sr for each question, by `sunbeam` with the arguments `words`, which begin with "eval".
+
+    A question is {"wi": [x, y, z], "wo": [x, y, z], "wavelength": nm}. Raises SetupError if one cannot be answered.
+    """
     if not TOOL.exists():
         raise SetupError(f"the command line tool {TOOL} is missing: run `make tool`")
     lines = "".join(json.dumps(question) + "\n" for question in questions)
@@ -127,24 +144,25 @@ def ask(words: list, questions: list[dict]) -> list[float]:
 
 
 def closed_form(grating: Grating, obliquity: str, light: Light) -> np.ndarray:
-    """Efficiencies without energy conservation, from closed forms of |c_j|² of the three profiles."""
+    """Efficiencies O |c_j|² without energy conservation; `obliquity` is "unit" or "stam"."""
     orders, towards = propagating(grating.period, light)
     sine = np.sin(np.radians(light.theta_i_deg))
     cos_i, cos_o = np.sqrt(1 - sine**2), np.sqrt(1 - towards**2)
     w = cos_i + cos_o
     phase = 2e3 * np.pi * w / light.wavelength_nm * grating.height
-    power = shares(grating.preset, orders, phase)
+    power = screen_powers(grating.preset, orders, phase)
     if obliquity == "unit":
         return power
     return power * (1 + sine * towards + cos_i * cos_o) ** 2 / (cos_i * cos_o * w**2)
 
 
-def shares(preset: str, orders: np.ndarray, phase: np.ndarray) -> np.ndarray:
-    """|c_j|² of a preset's orders, for the phase at its full height by order."""
+def screen_powers(preset: str, orders: np.ndarray, phase: np.ndarray) -> np.ndarray:
+    """|c_j|² of the orders j of a preset. `phase` is the phase in radians of its highest point, for each order."""
     if preset == "sinusoidal":
         return np.array([bessel(order, 0.5 * p) ** 2 for order, p in zip(orders, phase)])
     if preset == "blazed":
         return np.sinc(phase / (2 * np.pi) + orders) ** 2
+    # Lamellar; orders that are even but not 0 vanish. The inner choice avoids a division by 0.
     odd = np.where(orders % 2 == 1, np.sin(0.5 * phase) / (0.5 * np.pi * np.where(orders == 0, 1, orders)), 0)
     return np.where(orders == 0, np.cos(0.5 * phase), odd) ** 2
 
@@ -156,5 +174,5 @@ def bessel(order: int, argument: float) -> float:
 
 
 def misplaced(found: np.ndarray, true: np.ndarray) -> float:
-    """Power in wrong orders: half the sum of absolute differences, for equal sums."""
+    """Power in wrong orders: half the sum of absolute differences."""
     return float(0.5 * np.abs(found - true).sum())

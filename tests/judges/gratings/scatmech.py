@@ -1,10 +1,12 @@
-"""Order efficiencies of lamellar gratings of real metals by NIST's SCATMECH, the package `pySCATMECH`.
+"""Powers of gratings' orders by NIST's SCATMECH, the package `pySCATMECH`, which uses rigorous coupled waves.
 
-The method is rigorous coupled waves, in conical mounts, too. The error is inverse to the number of waves, so two
-truncations tell the convergence.
+The mount may be conical. In metals the error is inverse to the number of waves, so two truncations tell the
+convergence.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +15,58 @@ from mitsuba_scenes.environment import REPOSITORY, SetupError
 REQUIREMENTS = REPOSITORY / "requirements-judges.lock"
 # Largest order that propagates for periods of up to 15 wavelengths.
 ORDERS = 30
-# First two Stokes parameters of s and p.
+# Stokes parameters I and Q of s and of p.
 STATES = np.array([[1, 1], [1, -1]])
+# The package's values for reflected and for transmitted orders.
+REFLECTED, TRANSMITTED = 0, 1
+
+
+def grating_model(
+    profile: dict,
+    period_um: float,
+    wavelength_nm: float,
+    index: complex,
+    theta_deg: float,
+    azimuth_deg: float,
+    waves: int,
+    above: float = 1.0,
+    side: int = REFLECTED,
+) -> Any:
+    """The package's model of a grating with the parameters `profile`, such as those of `lamellae`.
+
+    `waves` are kept on either side of order 0. The grating, of the refractive index `index`, is turned by `azimuth_deg`
+    about its normal. Light comes from a medium of the index `above`, in which the angle is measured; the wavelength is
+    that in vacuum. Raises SetupError without the package.
+    """
+    try:
+        from pySCATMECH.rcw import RCW_Model
+    except ImportError as error:
+        raise SetupError(f"needs pySCATMECH: run `.venv/bin/pip install -r {REQUIREMENTS.name}`") from error
+    air, medium = f"({above!r},0)", f"({index.real!r},{index.imag!r})"
+    grating = {**profile, "period": repr(period_um), "medium_i": air, "medium_t": medium, "material": medium}
+    light = {"lambda": repr(wavelength_nm * 1e-3), "thetai": repr(theta_deg), "rotation": repr(azimuth_deg)}
+    return RCW_Model({None: "RCW_Model", "order": str(waves), "type": str(side), **light, "grating": grating})
+
+
+def lamellae(period_um: float, height_um: float, above: float = 1.0) -> dict:
+    """The package's parameters of a lamellar profile of duty 1/2, with a medium of the index `above` in the grooves."""
+    half = repr(period_um / 2)
+    shape = {"height": repr(height_um), "topwidth": half, "bottomwidth": half, "offset": "0", "nlevels": "1"}
+    return {None: "Single_Line_Grating", **shape, "space": f"({above!r},0)"}
+
+
+def powers(model: Any, orders: int) -> dict[int, np.ndarray]:
+    """Powers of s and p, `[out, in]`, of the orders −orders … orders that propagate.
+
+    The package gives Mueller matrices M. Light of a state has the Stokes parameters (1, ±1), and a state's part of I, Q
+    is (I ± Q)/2.
+    """
+    found = {}
+    for order in range(-orders, orders + 1):
+        mueller = np.array(model.DiffractionEfficiency(order))
+        if mueller[0, 0] > 0:
+            found[order] = 0.5 * STATES @ mueller[:2, :2] @ STATES
+    return found
 
 
 def lamellar(
@@ -27,44 +79,10 @@ def lamellar(
     waves: int,
     above: float = 1.0,
 ) -> dict[int, np.ndarray]:
-    """Efficiencies of propagating orders of a grating of duty 1/2: powers of s and p, `[out, in]`.
+    """The `powers` of the reflected orders of a lamellar grating; arguments are those of `grating_model`.
 
-    `waves` are kept on either side of order 0. The grating is turned by `azimuth_deg` about its normal; order m
-    leaves at the sine of `theta_i_deg` along the grating's vector plus m·wavelength/period. Light and orders are in a
-    medium of the index `above`, in which the angle is measured; the wavelength is that in vacuum.
+    Order m leaves at the sine of `theta_i_deg` along the grating's vector plus m·wavelength/period.
     """
-    try:
-        from pySCATMECH.rcw import RCW_Model
-    except ImportError as error:
-        raise SetupError(f"needs pySCATMECH: run `.venv/bin/pip install -r {REQUIREMENTS.name}`") from error
-    medium = f"({index.real!r},{index.imag!r})"
-    lines = {
-        None: "Single_Line_Grating",
-        "period": repr(period_um),
-        "height": repr(height_um),
-        "topwidth": repr(period_um / 2),
-        "bottomwidth": repr(period_um / 2),
-        "offset": "0",
-        "nlevels": "1",
-        "medium_i": f"({above!r},0)",
-        "space": f"({above!r},0)",
-        "medium_t": medium,
-        "material": medium,
-    }
-    model = RCW_Model(
-        {
-            None: "RCW_Model",
-            "order": str(waves),
-            "type": "0",
-            "lambda": repr(wavelength_nm * 1e-3),
-            "thetai": repr(theta_i_deg),
-            "rotation": repr(azimuth_deg),
-            "grating": lines,
-        }
-    )
-    found = {}
-    for order in range(-ORDERS, ORDERS + 1):
-        mueller = np.array(model.DiffractionEfficiency(order))
-        if mueller[0, 0] > 0:
-            found[order] = 0.5 * STATES @ mueller[:2, :2] @ STATES
-    return found
+    profile = lamellae(period_um, height_um, above)
+    light = (theta_i_deg, azimuth_deg)
+    return powers(grating_model(profile, period_um, wavelength_nm, index, *light, waves, above), ORDERS)

@@ -1,4 +1,9 @@
-"""The project's powers of a grating's orders by theory, from `sunbeam orders` and `sunbeam eval`."""
+"""The project's powers of a grating's orders by theory, from `sunbeam orders` and `sunbeam eval`.
+
+SCALAR is the phase screen times Fresnel's reflectance, with the obliquity factor `stam`, without energy conservation.
+FRESNEL is a perfect conductor by Maxwell's equations times Fresnel's reflectance. EXACT is Maxwell's equations with the
+index of the medium.
+"""
 
 from __future__ import annotations
 
@@ -9,32 +14,34 @@ import numpy as np
 from mitsuba_scenes.tool import sunbeam
 
 from .drawn import Judged, Setting
-from .scalar import COHERENCE_LENGTH_UM, ask
+from .scalar import COHERENCE_LENGTH_UM, ask, power_of_value
 
-SCALAR, FRESNEL, EXACT, TABLE = "scalar", "perfect × Fresnel", "exact", "table"
+SCALAR, FRESNEL, EXACT = "scalar", "perfect × Fresnel", "exact"
 
 
 def words(setting: Setting) -> list:
-    """Arguments of the command for the grating."""
+    """The arguments of `sunbeam` for the grating."""
     return ["--preset", setting.shape, "--period", setting.period_um, "--height", setting.height_um]
 
 
 def optics(setting: Setting) -> list:
+    """The arguments of `sunbeam` for the medium; none for a perfect conductor."""
     n = setting.index
     return [] if n is None else ["--eta", n.real, "--k", n.imag]
 
 
 def orders(setting: Setting, *more) -> dict:
-    """The command's orders by number."""
+    """The entries of `sunbeam orders` by order, for the grating and the light, with further arguments `more`."""
     light = ["--theta-i", setting.theta_deg, "--phi-i", setting.phi_deg, "--wavelength", setting.wavelength_nm]
-    told = json.loads(sunbeam("orders", "--json", *words(setting), *light, *more))
-    return {order["order"]: order for order in told["orders"]}
+    report = json.loads(sunbeam("orders", "--json", *words(setting), *light, *more))
+    return {order["order"]: order for order in report["orders"]}
 
 
 def fresnel(n: complex | None, wi, wo) -> np.ndarray:
     """Reflectance of unpolarised light at the half vector of two directions; 1 for a perfect conductor."""
     if n is None:
         return np.ones(np.shape(wo)[:-1])
+    # Cosine of the angle between either direction and the half vector, and n times that of the refracted light.
     cos = np.sqrt(0.5 * (1 + (np.asarray(wi) * wo).sum(axis=-1)))
     inside = np.sqrt(n * n - 1 + cos**2 + 0j)
     s, p = (cos - inside) / (cos + inside), (n * n * cos - inside) / (n * n * cos + inside)
@@ -42,11 +49,7 @@ def fresnel(n: complex | None, wi, wo) -> np.ndarray:
 
 
 def powers(judged: Judged) -> dict[str, np.ndarray]:
-    """Fractions of unpolarised light in the judge's orders, by theory.
-
-    The theories are the phase screen with `stam` without energy conservation; a perfect conductor's orders times
-    Fresnel's reflectance at the half vector; and Maxwell's equations for the medium.
-    """
+    """Fractions of unpolarised light in the judge's orders, by theory."""
     setting = judged.setting
     metal = optics(setting)
     found = {
@@ -54,47 +57,42 @@ def powers(judged: Judged) -> dict[str, np.ndarray]:
         FRESNEL: orders(setting, "--theory", "rigorous"),
         EXACT: orders(setting, "--theory", "rigorous", *metal),
     }
-    by_theory = {name: np.array([by[order]["mean"] for order in judged.orders.tolist()]) for name, by in found.items()}
-    directions = np.array([found[EXACT][order]["direction"] for order in judged.orders.tolist()])
+    numbers = judged.orders.tolist()
+    by_theory = {name: np.array([entries[order]["mean"] for order in numbers]) for name, entries in found.items()}
+    directions = np.array([found[EXACT][order]["direction"] for order in numbers])
     by_theory[FRESNEL] = by_theory[FRESNEL] * fresnel(setting.index, setting.wi, directions)
     return by_theory
 
 
 def tabulated(settings: list[Setting]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Powers of orders from the grating's table and by the solver, for lights on one grating.
-
-    At the centre of an order f is its fraction times K(0)/λ² (docs/model.md#coherence).
-    """
+    """Powers of orders from the plugin's table of a grating, and by the solver, for settings with this grating."""
     questions, solved = [], []
     for setting in settings:
-        by = orders(setting, "--theory", "rigorous", *optics(setting))
-        solved.append(np.array([order["mean"] for order in by.values()]))
+        entries = orders(setting, "--theory", "rigorous", *optics(setting)).values()
+        solved.append(np.array([order["mean"] for order in entries]))
         wi = setting.wi.tolist()
-        questions += [
-            {"wi": wi, "wo": order["direction"], "wavelength": setting.wavelength_nm} for order in by.values()
-        ]
+        questions += [{"wi": wi, "wo": order["direction"], "wavelength": setting.wavelength_nm} for order in entries]
     first = settings[0]
     asked = ["eval", "--method", "table", "--theory", "rigorous", *words(first), *optics(first)]
     values = np.array(ask([*asked, "--coherence-length", COHERENCE_LENGTH_UM], questions))
     parts = np.split(values, np.cumsum([len(part) for part in solved])[:-1])
-    peak = 4 * np.pi * (COHERENCE_LENGTH_UM / 4) ** 2
-    return [part * (s.wavelength_nm * 1e-3) ** 2 / peak for part, s in zip(parts, settings)], solved
+    return [part * power_of_value(setting.wavelength_nm) for part, setting in zip(parts, settings)], solved
 
 
 def transverse_basis(d: np.ndarray) -> np.ndarray:
-    """Polarisation states of `sunbeam orders` for a wave along `d`, rows: without Hy, without Ey (crates/rigorous)."""
+    """Unit vectors of E in the states of `sunbeam orders`, for a wave along `d`: without Hy, without Ey."""
     across = np.hypot(d[0], d[2])
     return np.array([[-d[1] * d[0] / across, across, -d[1] * d[2] / across], [d[2] / across, 0, -d[0] / across]])
 
 
 def s_and_p(d: np.ndarray) -> np.ndarray:
-    """Polarisation states of `tests.judges.crossed`, rows s and p, for a wave along `d`, not the normal."""
+    """Unit vectors of E in the states s and p of `tests.judges.crossed`, for a wave along `d`, not the normal."""
     s = np.array([-d[1], d[0], 0]) / np.hypot(d[0], d[1])
     return np.array([s, np.cross(d, s)])
 
 
 def mueller(jones: np.ndarray) -> np.ndarray:
-    """Mueller matrices of Jones matrices of s and p; a common phase has no effect."""
+    """Mueller matrices of Jones matrices (..., out, in) of s and p; a common phase has no effect."""
     pauli = np.array([[[1, 0], [0, 1]], [[1, 0], [0, -1]], [[0, 1], [1, 0]], [[0, 1j], [-1j, 0]]])
     return 0.5 * np.einsum("iab,...bc,jcd,...ad->...ij", pauli, jones, pauli, jones.conj()).real
 
@@ -103,6 +101,7 @@ def mueller_errors(judged: Judged) -> np.ndarray:
     """Differences of all elements of the orders' Mueller matrices from the judge's, relative to its largest m00."""
     setting = judged.setting
     found = orders(setting, "--theory", "rigorous", *optics(setting))
+    # Jones matrices are turned from the states of `sunbeam orders` to s and p.
     arriving = -setting.wi
     turn_in = transverse_basis(arriving) @ s_and_p(arriving).T
     made = []

@@ -1,8 +1,8 @@
 """Gratings of a dielectric: powers of transmitted orders by a judge, by the project's theories and by a phase screen.
 
-`python -m tests.judges.gratings.transmitted` writes `answers/transmitted.json`, for unpolarised light. The judges are
-the solver of `tests.judges.crossed` for sinusoids, and NIST's SCATMECH for the others (`requirements-judges.lock`),
-which cuts sawteeth into steps.
+A power is the fraction of unpolarised light from air in an order. `python -m tests.judges.gratings.transmitted` writes
+the judges' powers to `answers/transmitted.json`. The judges are the solver of `tests.judges.crossed` for sinusoids, and
+NIST's SCATMECH for the others (`requirements-judges.lock`), which cuts sawteeth into layers.
 """
 
 from __future__ import annotations
@@ -12,15 +12,18 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from tests.judges.crossed.solver import Problem, flux
+from tests.judges.crossed.solver import Problem, direction, flux
 
 from .drawn import ANSWERS, flattened
-from .scalar import COHERENCE_LENGTH_UM, Grating, ask, shares
+from .scalar import COHERENCE_LENGTH_UM, Grating, ask, power_of_value, screen_powers
+from .scatmech import TRANSMITTED, grating_model, lamellae
 
 FILE = ANSWERS / "transmitted.json"
+# Refractive index of the gratings, and wavelengths of the lights.
 ETA, WAVELENGTHS_NM = 1.5, (450.0, 550.0, 650.0)
-# Rows of the page: name and grating. A sawtooth's facets are turned away from light of azimuth 0.
+# Names of the sawteeth on the page. Their facets are turned away from light of azimuth 0.
 SAWTOOTH, FACING = "sawtooth, turned away", "sawtooth, facing the light"
+# Name on the page, and grating.
 GRATINGS = (
     ("sinusoid", Grating("sinusoidal", 2.0, 0.3)),
     ("sinusoid", Grating("sinusoidal", 2.0, 0.6)),
@@ -31,14 +34,15 @@ GRATINGS = (
 )
 # Angle of incidence and azimuth in degrees.
 LIGHTS_DEG = ((0.0, 0.0), (30.0, 0.0), (60.0, 0.0), (30.0, 45.0))
-# Factors on the resolution of sinusoids; orders on either side that SCATMECH keeps, and its steps, by preset.
+# Factors on the resolution of sinusoids, for the coarser and the finer answer.
 FACTORS = (0.7, 1.0)
+# Number of orders that SCATMECH keeps on either side, and number of layers, by preset, for both answers.
 KEPT = {"lamellar": ((60, 1), (120, 1)), "blazed": ((32, 30), (44, 60))}
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A row of the page and a light from air."""
+    """A grating with its name on the page, and a light from air."""
 
     name: str
     grating: Grating
@@ -48,13 +52,13 @@ class Setting:
 
     @property
     def phi_deg(self) -> float:
-        """Azimuth of the light from +x; along the normal that of the other side, which is the same light."""
+        """Azimuth of the light from +x. Light on FACING is mirrored in x, unless it comes along the normal."""
         return 180.0 - self.azimuth_deg if self.name == FACING and self.theta_deg > 0 else self.azimuth_deg
 
     @property
     def wi(self) -> np.ndarray:
-        theta, phi = np.radians([self.theta_deg, self.phi_deg])
-        return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+        """Unit vector to the light."""
+        return direction(self.theta_deg, self.phi_deg)
 
     def tangential(self, orders: np.ndarray) -> np.ndarray:
         """Tangential wave vectors of orders, `[order, 2]`, in units of the wave number in air."""
@@ -69,22 +73,24 @@ class Setting:
 
 
 def settings() -> list[Setting]:
-    """All settings, by row, light and wavelength."""
-    return [Setting(*row, nm, *light) for row in GRATINGS for light in LIGHTS_DEG for nm in WAVELENGTHS_NM]
+    """All settings, in the order of gratings, lights and wavelengths."""
+    return [Setting(*grating, nm, *light) for grating in GRATINGS for light in LIGHTS_DEG for nm in WAVELENGTHS_NM]
 
 
 def small_slope(setting: Setting, limited: bool = False, eta: float = ETA) -> np.ndarray:
+    """`powers` by the small-slope theory, with energy conservation if `limited`."""
     return powers(setting, ["--theory", "scalar", "--conserve-energy", str(limited).lower()], eta)
 
 
 def rigorous(setting: Setting) -> np.ndarray:
+    """`powers` by the project's solution of Maxwell's equations."""
     return powers(setting, ["--theory", "rigorous"], ETA)
 
 
 def powers(setting: Setting, theory: list, eta: float) -> np.ndarray:
-    """Powers of the transmitted orders, from `sunbeam eval --method exact` with the index `eta`.
+    """Powers of the transmitted orders by `sunbeam eval --method exact`, with the arguments `theory` and the index n.
 
-    f at the centre of an order is its power times n² K(0)/λ² (docs/model.md#bodies-that-transmit).
+    The index n is `eta`, and the BSDF is larger by n² than in air (docs/model.md#bodies-that-transmit).
     """
     directions = setting.tangential(setting.orders) / eta
     down = -np.sqrt(1 - (directions**2).sum(axis=-1))
@@ -95,17 +101,18 @@ def powers(setting: Setting, theory: list, eta: float) -> np.ndarray:
     grating = setting.grating
     words = ["--preset", grating.preset, "--period", grating.period, "--height", grating.height, "--eta", eta]
     words += ["--transmission", "interface", "--coherence-length", COHERENCE_LENGTH_UM, *theory]
-    peak = 4 * np.pi * (eta * COHERENCE_LENGTH_UM / 4) ** 2
-    return np.array(ask(["eval", "--method", "exact", *words], questions)) * (setting.wavelength_nm * 1e-3) ** 2 / peak
+    values = np.array(ask(["eval", "--method", "exact", *words], questions))
+    return values * power_of_value(setting.wavelength_nm) / eta**2
 
 
 def phase_screen(setting: Setting) -> np.ndarray:
-    """Fresnel's transmittance of the flat surface times the orders of a thin phase screen."""
-    cos, below = setting.wi[2], np.sqrt(ETA**2 - (setting.tangential(setting.orders) ** 2).sum(axis=-1))
+    """Powers by Fresnel's transmittance of the flat surface times the orders of a thin phase screen."""
+    # n times the cosines of the orders and of the refracted light.
+    cos, of_orders = setting.wi[2], np.sqrt(ETA**2 - (setting.tangential(setting.orders) ** 2).sum(axis=-1))
     inside = np.sqrt(ETA**2 - 1 + cos**2)
     fresnel = 2 * cos * inside * (1 / (cos + inside) ** 2 + (ETA / (ETA**2 * cos + inside)) ** 2)
-    phase = 2e3 * np.pi * setting.grating.height / setting.wavelength_nm * (cos - below)
-    return fresnel * shares(setting.grating.preset, setting.orders, phase)
+    phase = 2e3 * np.pi * setting.grating.height / setting.wavelength_nm * (cos - of_orders)
+    return fresnel * screen_powers(setting.grating.preset, setting.orders, phase)
 
 
 def misplaced(found: np.ndarray, true: np.ndarray) -> float:
@@ -114,6 +121,7 @@ def misplaced(found: np.ndarray, true: np.ndarray) -> float:
 
 
 def stored() -> list[dict]:
+    """The answers of the file."""
     return json.loads(FILE.read_text(encoding="utf-8"))["answers"]
 
 
@@ -121,19 +129,19 @@ def load() -> dict[Setting, np.ndarray]:
     """The stored powers of each setting's `orders`."""
     made = {}
     for row in stored():
-        told = row["setting"]
-        made[Setting(**{**told, "grating": Grating(**told["grating"])})] = np.array(row["power"])
+        fields = row["setting"]
+        made[Setting(**{**fields, "grating": Grating(**fields["grating"])})] = np.array(row["power"])
     return made
 
 
 def unsettled(preset: str, theta_min_deg: float = 0.0) -> float:
-    """The largest change of an order's power between the judge's two resolutions, from an angle of incidence on."""
+    """Largest change of an order's power between the judge's two resolutions, from `theta_min_deg` of incidence on."""
     rows = [row for row in stored() if row["setting"]["theta_deg"] >= theta_min_deg]
     return max(row["unsettled"] for row in rows if row["setting"]["grating"]["preset"] == preset)
 
 
 def coordinates(setting: Setting, factor: float) -> np.ndarray:
-    """Powers of a sinusoid's orders by the solver in coordinates in which the surface is flat."""
+    """Powers of a sinusoid's orders by the solver of `tests.judges.crossed`, with a factor on its resolution."""
     grating, nm = setting.grating, setting.wavelength_nm
     relief, resolution = flattened(grating.period, grating.height, nm / ETA, factor)
     problem = Problem(relief, nm, setting.theta_deg, setting.phi_deg, complex(ETA), resolution, 1.0)
@@ -143,20 +151,14 @@ def coordinates(setting: Setting, factor: float) -> np.ndarray:
 
 
 def scatmech(setting: Setting, waves: int, levels: int) -> np.ndarray:
-    """Powers of orders by coupled waves, with `waves` orders kept on either side, and `levels` steps."""
-    from pySCATMECH.rcw import RCW_Model
-
-    grating, medium = setting.grating, f"({ETA!r},0)"
-    height, half = repr(grating.height), repr(grating.period / 2)
-    lines = {
-        "blazed": {None: "Triangular_Grating", "amplitude": height, "aspect": "0"},
-        "lamellar": {None: "Single_Line_Grating", "height": height, "topwidth": half, "bottomwidth": half}
-        | {"offset": "0", "space": "(1,0)"},
-    }[grating.preset]
-    lines |= {"period": repr(grating.period), "medium_i": "(1,0)", "medium_t": medium, "material": medium}
-    light = {"lambda": repr(setting.wavelength_nm * 1e-3), "thetai": repr(setting.theta_deg)}
-    light |= {"rotation": repr(setting.phi_deg), "order": str(waves), "type": "1"}
-    model = RCW_Model({None: "RCW_Model", **light, "grating": {**lines, "nlevels": str(levels)}})
+    """Powers of orders by SCATMECH, with `waves` orders kept on either side, and `levels` layers."""
+    grating = setting.grating
+    triangle = {None: "Triangular_Grating", "amplitude": repr(grating.height), "aspect": "0"}
+    profile = triangle if grating.preset == "blazed" else lamellae(grating.period, grating.height)
+    light = (setting.theta_deg, setting.phi_deg)
+    medium = (grating.period, setting.wavelength_nm, complex(ETA))
+    model = grating_model({**profile, "nlevels": str(levels)}, *medium, *light, waves, side=TRANSMITTED)
+    # Element 0, 0 of an order's Mueller matrix is its power in unpolarised light.
     return np.array([np.array(model.DiffractionEfficiency(order))[0, 0] for order in setting.orders.tolist()])
 
 
@@ -170,6 +172,7 @@ def judged(setting: Setting) -> tuple[np.ndarray, float]:
 
 
 def main() -> None:
+    """Writes the file."""
     rows = []
     for setting in settings():
         power, unsettled = judged(setting)

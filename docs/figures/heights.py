@@ -1,0 +1,19 @@
+"""Heights of surfaces by the command `sunbeam height-field`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from mitsuba_scenes.tool import sunbeam
+
+
+def height_field(*words) -> tuple[np.ndarray, dict]:
+    """The heights in µm, [iy, ix] with y = 0 first, and the report of the command with the arguments `words`."""
+    with TemporaryDirectory() as folder:
+        npy = Path(folder) / "heights.npy"
+        report = json.loads(sunbeam("height-field", *words, "-o", npy))
+        return np.load(npy), report
