@@ -6,7 +6,7 @@
 //!
 //! The table's nodes carry Gaussians over frequency, which are *narrow* or *wide* over the hemisphere ([`PANELS_MAX`]).
 //! A node's *record* in the table gives its power `P(κ)` at the phase rate κ. Narrow nodes are integrated one by one,
-//! or merged in squares of frequencies (`node_gaussian.rs`). The sum of wide nodes, the power spectrum `S(f; κ)`, is
+//! or merged in squares of frequencies (`merging.rs`). The sum of wide nodes, the power spectrum `S(f; κ)`, is
 //! integrated over the hemisphere (`quadrature.rs`).
 //!
 //! A *ridge* is a narrow maximum of the albedo along the incidences from which an order leaves along the surface.
@@ -17,6 +17,7 @@
 //! follow from λ' = λ/s, and the phase rate κ from λ" = λ/d (`scattering/size.rs`). The wavelengths that callers pass
 //! are λ'. Without resizing λ, λ' and λ" are equal. w is `cosθi + cosθo`.
 
+use super::merging::{SEPARATE_MAX, is_limited, merged_gaussians, node_gaussians};
 use super::node_gaussian::{Incidence, NodeGaussian, PANEL_PHASE_MAX, Ridge, peak_cosine};
 use super::power_grid::PowerGrid;
 use super::quadrature::hemisphere;
@@ -24,8 +25,7 @@ use crate::numeric::{Number, Real, Values};
 use crate::scattering::{
     COSINE_MIN, ComplexIndex, Obliquity, Options, Pair, SpectralIndex, TYPICAL_WAVELENGTH_UM, Vec3,
 };
-use crate::table::{LatticeAxis, NodeCurve, NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MIN_NM};
-use std::collections::BTreeMap;
+use crate::table::{LatticeAxis, NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MIN_NM};
 use std::f64::consts::{LOG2_E, TAU};
 
 /// Width of a panel of 16 quadrature nodes in standard deviations of a wide node. Chosen: wider panels are less
@@ -34,15 +34,6 @@ const PANEL_SIGMAS: f64 = 18.0;
 /// Largest number of panels over the hemisphere with which a table's nodes count as wide. Chosen: with more, it is
 /// faster to integrate nodes one by one.
 const PANELS_MAX: f64 = 24.0;
-/// Largest number of narrow nodes that the fast integral takes one by one. With more, the weaker nodes are merged.
-/// Chosen: a larger number is more accurate but takes longer.
-const SEPARATE_MAX: usize = 640;
-/// Number of the strongest nodes that stay separate where others are merged. Merging widens a node's Gaussian, which
-/// matters most for strong nodes. Chosen: a larger number is more accurate but takes longer.
-const STRONGEST: usize = 16;
-/// Side in cycles/µm of the squares in which nodes are merged. Chosen: larger squares leave fewer Gaussians; smaller
-/// ones keep more of the nodes' frequencies.
-const MERGED_SIDE_PER_UM: f64 = 0.14;
 
 /// Largest cosθo at which orders on a ridge are counted. Smaller values leave larger albedos (0.3 leaves 1.05 on a
 /// steep sinusoid); larger ones take longer.
@@ -354,65 +345,6 @@ fn panels_over_the_hemisphere(table: &SpectralTable) -> f64 {
     let panels = [(&lattice.x, widths[0]), (&lattice.y, widths[1])]
         .map(|(axis, width)| (2.0 * (wavelength_um * axis.cutoff / axis.period_um).min(1.0).asin() / width).ceil());
     panels[0] * panels[1]
-}
-
-/// Whether the table has a cutoff along an axis, the largest frequency that the pixels resolve.
-fn is_limited(table: &SpectralTable) -> bool {
-    table.lattice().x.cutoff.is_finite() || table.lattice().y.cutoff.is_finite()
-}
-
-/// One Gaussian for every node with a record.
-fn node_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
-    let axes = [&table.lattice().x, &table.lattice().y];
-    let sigma_f = axes.map(LatticeAxis::sigma_per_um);
-    let kept = table.kept_nodes().into_iter();
-    kept.map(|(jx, jy, record)| NodeGaussian {
-        f: [jx as f64 / axes[0].period_um, jy as f64 / axes[1].period_um],
-        sigma_f,
-        record: record.into(),
-        merged: false,
-    })
-    .collect()
-}
-
-/// One Gaussian for each of the [`STRONGEST`] nodes, and one for all other nodes of each square of frequencies. At most
-/// [`SEPARATE_MAX`] nodes of a table without a cutoff all stay separate.
-pub(super) fn merged_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
-    let mut gaussians = node_gaussians(table);
-    if gaussians.len() <= SEPARATE_MAX && !is_limited(table) {
-        return gaussians;
-    }
-    // A node's strength is the sum of its powers at five phase rates, chosen evenly over the table's range.
-    let curves = [0.1, 0.3, 0.5, 0.7, 0.9].map(|fraction| NodeCurve::new(table, fraction * table.kappa_max()));
-    let strength = |node: &NodeGaussian| curves.iter().map(|curve| curve.power(&node.record).abs()).sum::<f64>();
-    // Integers as keys, since floats have no total order. Strengths are of order one or less.
-    gaussians.sort_by_cached_key(|node| std::cmp::Reverse((strength(node) * 1e12) as u64));
-    let mut squares: BTreeMap<[i64; 2], Vec<(f64, NodeGaussian<'_>)>> = BTreeMap::new();
-    for node in gaussians.split_off(STRONGEST.min(gaussians.len())) {
-        let square = node.f.map(|f| (f / MERGED_SIDE_PER_UM).round() as i64);
-        // A positive weight, so that the weights of a square have a positive sum.
-        squares.entry(square).or_default().push((strength(&node).max(f64::MIN_POSITIVE), node));
-    }
-    gaussians.extend(squares.into_values().map(joined));
-    gaussians
-}
-
-/// One Gaussian in place of several nodes, each given with its weight. It has the sum of their records, and the mean
-/// and variance of their weighted Gaussians.
-fn joined(mut nodes: Vec<(f64, NodeGaussian<'_>)>) -> NodeGaussian<'_> {
-    if nodes.len() == 1 {
-        return nodes.swap_remove(0).1;
-    }
-    let total: f64 = nodes.iter().map(|node| node.0).sum();
-    let mean =
-        |of: &dyn Fn(&NodeGaussian) -> f64| nodes.iter().map(|(weight, node)| weight * of(node)).sum::<f64>() / total;
-    let f = [0, 1].map(|c| mean(&|node| node.f[c]));
-    let sigma_f = [0, 1].map(|c| mean(&|node| (node.f[c] - f[c]).powi(2) + node.sigma_f[c].powi(2)).sqrt());
-    let mut record = vec![0f32; nodes.iter().map(|node| node.1.record.len()).max().unwrap_or(0)];
-    for (_, node) in &nodes {
-        record.iter_mut().zip(node.record.iter()).for_each(|(sum, value)| *sum += value);
-    }
-    NodeGaussian { f, sigma_f, record: record.into(), merged: true }
 }
 
 #[cfg(test)]

@@ -34,6 +34,7 @@ mod build;
 mod colour;
 mod grid;
 mod integral;
+mod merging;
 mod node_gaussian;
 mod power_grid;
 mod quadrature;

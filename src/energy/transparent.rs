@@ -14,7 +14,8 @@
 
 use super::build::{NARROW_CELLS_MIN, SMALLEST_SIZE};
 use super::grid::Grid;
-use super::integral::{merged_gaussians, phase_per_cosine};
+use super::integral::phase_per_cosine;
+use super::merging::merged_gaussians;
 use super::node_gaussian::NodeGaussian;
 use super::quadrature::HERMITE_3;
 use super::sizes::SizeAxes;
