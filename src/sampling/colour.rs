@@ -22,7 +22,8 @@
 //! ([`SummedArea`]). Samples in the square's corners are no directions and are rejected.
 
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
-use super::{BELOW_ONE, direction_above, tent_quantile};
+use super::tents::tent_quantile;
+use super::{BELOW_ONE, direction_above};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
 use crate::scattering::{Passage, RelativeSize, Vec3};
 use rayon::prelude::*;

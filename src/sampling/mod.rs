@@ -26,6 +26,7 @@ mod colour;
 mod orders;
 mod square;
 pub mod summed_area;
+mod tents;
 
 pub(crate) use crate::numeric::math::BELOW_ONE;
 use crate::numeric::{Number, Numbers, Plain, Real};
@@ -220,26 +221,4 @@ pub(crate) fn direction_above<N: Numbers>([x, y]: [N::Real; 2], active: N::Mask)
     let squared = N::Real::lit(1.0) - x * x - y * y;
     let is_above = zero.lt(squared) & active;
     [x, y, squared.max(zero).sqrt()].map(|c| N::Real::select(is_above, c, zero))
-}
-
-/// Quantile of the tent density `1 − |t|` on [−1, 1], for `u` in [0, 1).
-#[inline(always)]
-fn tent_quantile<R: Real>(u: R) -> R {
-    let lit = R::lit;
-    let is_left = u.lt(lit(0.5));
-    let tail = R::select(is_left, u, lit(1.0) - u);
-    let distance = lit(1.0) - (tail + tail).sqrt();
-    R::select(is_left, -distance, distance)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::tent_quantile;
-
-    #[test]
-    fn tent_quantile_inverts_the_distribution() {
-        assert_eq!(tent_quantile(0.5f64), 0.0);
-        assert!((tent_quantile(0.125f64) + 0.5).abs() < 1e-15);
-        assert!((tent_quantile(0.875f64) - 0.5).abs() < 1e-15);
-    }
 }
