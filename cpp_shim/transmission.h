@@ -19,7 +19,9 @@
 
 namespace sunbeam {
 
-/// Reflection and transmission by a relief between air, above, and a lossless medium, below.
+/// Reflection and transmission by a relief between air, above, and a lossless medium, below: the *body*. The medium of
+/// an *interface* has no end. That of a *film* is a layer with a flat lower side, its back, and air behind it. The
+/// *mirror* is the reflection at the back for light from below.
 ///
 /// Directions are unit vectors in the shading frame and point away from the surface. Below an interface they are
 /// directions in the medium, below a film in the air behind its flat side.
@@ -49,8 +51,9 @@ public:
     /// Whether the mirror reflection by a film's flat side is a component.
     bool reflects_at_back() const { return m_back_reflection; }
 
-    /// A direction, and its value times |cosθo| over its density. `sample1` chooses the component, then serves as the
-    /// first of three variates in the lobe, which chooses the side. The mirror has a probability in place of a density.
+    /// A direction, and its value times |cosθo| over its density. `sample1` chooses the mirror or the lobe. Then it is
+    /// the lobe's first of three variates, which chooses reflection or transmission; draws of a disabled component
+    /// weigh zero. The mirror has a probability in place of a density.
     std::pair<BSDFSample3f, Spectrum> sample(const Lobe &lobe, const Textures<Float, Spectrum> &textures,
                                              const BSDFContext &ctx, const SurfaceInteraction3f &si, Float sample1,
                                              const Point2f &sample2, Mask active) const {
@@ -130,6 +133,7 @@ private:
     /// Values of the textures at a point.
     struct Place {
         UnpolarizedSpectrum specular_reflectance, specular_transmittance;
+        /// Size of pattern and heights relative to the relief.
         typename Lobe::Size size;
         Rotation<Float> rotation;
 
@@ -140,8 +144,8 @@ private:
               rotation(Rotation<Float>::degrees(textures.rotation->eval_1(si, active))) {}
     };
 
-    /// Probability that `sample` picks the mirror: its reflectance for light from below, 0 for light from above. 1 for
-    /// light from below if no other component is enabled.
+    /// Probability that `sample` picks the mirror. Where `wi` lies below it is the mirror's reflectance, or 1 if no
+    /// other component is enabled; elsewhere 0.
     Float mirror_probability(const Float &cos_theta_i, const Enabled &enabled) const {
         if (!enabled.mirror)
             return Float(0.f);
@@ -151,8 +155,8 @@ private:
         return dr::select(cos_theta_i < 0.f, below, 0.f);
     }
 
-    /// BSDF times |cosθo|, and density in 1/sr, over the enabled components without the mirror. A part whose template
-    /// argument is false is not computed. No cosine is zero where `active` is true.
+    /// `answer` at known values of the textures, where no cosine is zero if `active` is true. The mirror, which has no
+    /// density, adds nothing.
     template <bool Value, bool Density>
     std::pair<Spectrum, Float> evaluate(const Lobe &lobe, const Place &place, const Enabled &enabled,
                                         const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
@@ -198,8 +202,9 @@ private:
         return { value & active, dr::select(active, pdf, 0.f) };
     }
 
-    /// Mueller matrix of a rigorous body, whose orders each have their own, times |cosθo| and between Mitsuba's frames
-    /// of reference. Zero in unpolarised variants.
+    /// BSDF of a rigorous body in 1/sr as a Mueller matrix, the sum over orders, times |cosθo| and between Mitsuba's
+    /// frames of reference. It is evaluated along the light's travel, so no mode needs the squared index. Zero in
+    /// unpolarised variants.
     Spectrum order_matrices([[maybe_unused]] const Lobe &lobe, [[maybe_unused]] const Place &place,
                             [[maybe_unused]] const BSDFContext &ctx, [[maybe_unused]] const SurfaceInteraction3f &si,
                             [[maybe_unused]] const Vector3f &wo, [[maybe_unused]] const Mask &active) const {
@@ -222,10 +227,10 @@ private:
     /// | n, ε | index of the medium, `eta`, and its square, `eps` |
     /// | K | wave vector of the direction over the wave number in vacuum: of length n in the medium, 1 in air |
     /// | k | length of the tangential part of K |
-    /// | c1, cn | normal components in air and in the medium, √(1 − k²) and √(n² − k²); c1 is imaginary beyond k = 1 |
-    /// | v, e | cn and n for a direction above; n c1 and 1 below |
-    /// | s, p | denominators of the states s and p, c1 + cn and ε c1 + cn |
-    /// | τ | 1; below a film the transmittance of its flat side, 4 c1 cn / s² and 4 ε c1 cn / p² |
+    /// | c1, cn | normal components in air and in the medium, √(1 − k²) and √(n² − k²); c1 is +i√(k² − 1) beyond k = 1,
+    /// | | | for waves exp(−iωt) | | v, e | cn and n for a direction above; n c1 and 1 below | | s, p | denominators of
+    /// the states s and p, c1 + cn and ε c1 + cn | | τ | 1; below a film the transmittance of its flat side, 4 c1 cn /
+    /// s² and 4 ε c1 cn / p² |
     struct Terms {
         using Complex  = dr::Complex<Float>;
         using Vector2f = mitsuba::Vector<Float, 2>;
@@ -246,9 +251,9 @@ private:
             const Mask in_medium = is_film ? Mask(false) : is_below;
             tangential           = Vector2f(w.x(), w.y()) * dr::select(in_medium, Float(eta), Float(1.f));
             length               = dr::sqrt(dr::maximum(dr::squared_norm(tangential), LENGTH_SQUARED_MIN));
-            const Float eps = eta * eta, squared = cos * cos;
-            const Float c1_squared = dr::select(in_medium, dr::fmadd(squared, eps, 1.f - eps), squared);
-            const Float cn         = dr::sqrt(dr::select(in_medium, squared * eps, squared + (eps - 1.f)));
+            const Float eps = eta * eta, cos_squared = cos * cos;
+            const Float c1_squared = dr::select(in_medium, dr::fmadd(cos_squared, eps, 1.f - eps), cos_squared);
+            const Float cn         = dr::sqrt(dr::select(in_medium, cos_squared * eps, cos_squared + (eps - 1.f)));
             const Complex c1(dr::sqrt(dr::maximum(c1_squared, 0.f)), dr::sqrt(dr::maximum(-c1_squared, 0.f)));
             s        = c1 + cn;
             p        = eps * c1 + cn;

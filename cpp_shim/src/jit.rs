@@ -1,11 +1,13 @@
-//! Dr.Jit's functions for tracing, declared for C++ in `cpp_shim/jit.h`. Arguments and results are indices of
-//! variables.
+//! Dr.Jit's functions for tracing, declared for C++ in `cpp_shim/jit.h`. Arguments and results are indices of Dr.Jit's
+//! variables, without derivatives. `backend` is the number of a `JitBackend`, LLVM or CUDA.
 //!
-//! Each operation borrows its operands, records one operation of Dr.Jit, and returns a new reference to the result, or
-//! 0 after an error. The first error message of a thread is kept for [`take_error`]; nothing throws.
+//! Each operation borrows its operands, records one operation of Dr.Jit, and returns a new reference to the result.
+//! Index 0 stands for no variable: an operation that fails, or has an operand 0, returns 0. The first error message of
+//! a thread is kept for [`take_error`]; nothing throws.
 //!
 //! cxx checks these declarations against the header when it compiles. [`run_loop`] calls back into a [`Loop`]. A panic
-//! there does not unwind through C++: the loop stores it, and [`Loop::panicked`] returns it after C++ has returned.
+//! of its condition or body does not unwind through C++: the loop stores it, and [`Loop::panicked`] returns it after
+//! C++ has returned.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -54,18 +56,19 @@ mod ffi {
         fn shr(a: u32, by: u32) -> u32;
         fn select(mask: u32, yes: u32, no: u32) -> u32;
 
-        // Conversions of values, and the number whose bits are an integer (`f32_from_bits`).
+        // Conversions of values; `to_u32` rounds towards zero. `f32_from_bits` is the number whose bits are an integer.
         fn to_f32(a: u32) -> u32;
         fn to_f64(a: u32) -> u32;
         fn to_u32(a: u32) -> u32;
         fn f32_from_bits(a: u32) -> u32;
 
-        /// Reads `W` = `indices.len()` elements (1, 2 or 4) of the array `source` from element `W·at` on, zeros where
-        /// the mask is false. Writes the index of one variable for each element to `indices`.
-        fn gather(source: u32, at: u32, mask: u32, indices: &mut [u32]);
+        /// Reads `W` = `results.len()` elements (1, 2 or 4) of the array `source` from element `W·at` on, zeros where
+        /// the mask is false. `at` is a variable of unsigned integers. Writes the index of one variable for each
+        /// element to `results`; all are 0 after an error.
+        fn gather(source: u32, at: u32, mask: u32, results: &mut [u32]);
 
         /// Records a loop, or runs it step by step if Dr.Jit's symbolic loops are off. `name` labels it. Returns false
-        /// if Dr.Jit failed or a callback panicked.
+        /// if Dr.Jit failed, a callback panicked, or an earlier error is stored.
         ///
         /// # Safety
         /// `name` ends with a zero and is never freed: kernels keep it.
@@ -92,18 +95,22 @@ mod ffi {
 }
 
 /// State, condition and body of a loop.
+///
+/// The state keeps the references to its variables. [`LoopParts::read`] and [`LoopParts::write`] must not panic: Dr.Jit
+/// cannot be told of their failure, so the process would end.
 pub(crate) trait LoopParts {
-    /// Visits the index of each variable of the state.
+    /// Visits the index of each variable of the state, which the visitor borrows.
     fn read(&self, visit: &mut dyn FnMut(u32));
-    /// Replaces the variables of the state, in the order of [`LoopParts::read`].
+    /// Replaces the variables of the state, in the order of [`LoopParts::read`]. The new ones are borrowed: the state
+    /// retains them.
     fn write(&mut self, indices: &[u32]);
-    /// Index of the mask of lanes that take another step.
+    /// Index of the mask of lanes that take another step; the implementor keeps its reference.
     fn condition(&mut self) -> u32;
     /// Computes the next state.
     fn body(&mut self);
 }
 
-/// A loop as C++ sees it: forwards the callbacks to [`LoopParts`] and catches panics.
+/// A loop as C++ sees it: forwards the callbacks to [`LoopParts`], and catches panics of condition and body.
 pub(crate) struct Loop<'a> {
     parts: &'a mut dyn LoopParts,
     panic: Option<Box<dyn Any + Send>>,

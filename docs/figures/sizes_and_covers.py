@@ -27,9 +27,9 @@ from .rgb_against_spectral import OPTICS, RGB, SPECTRAL, converged, difference
 MEDIA = {**OPTICS, "aluminium": ALUMINIUM}
 # Refractive index of the cover, that of lacquer.
 COVER_ETA = 1.5
-# Smallest value of the texture of `scale`; the largest is 1.
+# Lower limit of the texture of `scale`; the upper is 1. Its values, at the texels' centres, end within 3 % of them.
 SCALE_MIN = 0.55
-# Smallest value of the texture of `depth`; the largest is 1.
+# Lower limit of the texture of `depth`; see SCALE_MIN.
 DEPTH_MIN = 0.5
 # Number of times that `scale` grows from its smallest to its largest value around the ball.
 RAMPS = 4
@@ -41,9 +41,10 @@ SIZE = (12, 8)
 FOV_DEG = 18.0
 # Samples per pixel of one render, a square number for its sampler. With fewer the fixed cost of a render dominates.
 SPP = 16384
-# Default seconds of each of the two pictures, without building tables and compiling.
+# Default seconds of each of the two pictures of a row, without building tables and compiling.
 BUDGET_S = 20.0
-# Aims of the mean ΔE76 between RGB and spectral pictures, and of its 95th percentile, which the page compares.
+# Aims of the mean ΔE76 between RGB and spectral pictures, and of its 95th percentile, with which the page compares.
+# Chosen: a ΔE76 of about 2 is just noticeable.
 AIMS = (1.0, 2.5)
 # Measured methods of `mi.BSDF`.
 CALLS = ("eval_pdf", "sample")
@@ -88,7 +89,7 @@ def figures(budget_s: float = BUDGET_S, repeats: int = REPEATS) -> dict:
 
 
 def colours(budget_s: float) -> list[dict]:
-    """Rows of {relief, material, kind} and the numbers of `difference` over the pixels within the ball.
+    """Rows of {relief, material, kind} and the numbers of `difference` (ΔE76 and energy) over the ball's pixels.
 
     A row has the numbers for one relief in one medium with one kind of surface. Covers have no mirror reflection, whose
     colourless light would hide differences.
@@ -124,6 +125,7 @@ def of_ball(scene: BenchmarkScene, relief: str, kind: str, budget_s: float) -> d
         use_variant(variant, fall_back=False)
         bsdf = mi.load_dict({**scene.diffraction(scene.surfaces[relief]), **kinds(mirror=False)[kind]})
         loaded = scene.load(bsdf, SIZE, SPP)
+        # Means of two independent halves of the renders, (2, rows, columns, 3); of these, the ball's pixels.
         halves[variant] = converged(loaded, budget_s)[:, sees_ball(loaded)]
         # Objects that are not collected would be listed in the kernels of the next picture.
         del bsdf, loaded
@@ -145,9 +147,9 @@ def sees_ball(scene: mi.Scene) -> np.ndarray:
 
 
 def calls(repeats: int) -> list[dict]:
-    """Rows of {variant, relief, kind, ns, ratio} for aluminium; `ratio` is that to the bare relief, by call.
+    """Rows of {variant, relief, kind, ns, ratio} for aluminium.
 
-    `ns` has nanoseconds of CPU per element by call (`cpu_ns`).
+    `ns` has nanoseconds of CPU per element by call (`cpu_ns`), `ratio` these over the nanoseconds of the bare relief.
     """
     rows = []
     for variant in VARIANTS:

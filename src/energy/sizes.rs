@@ -1,8 +1,9 @@
-//! Table of the divisor A for a relief of several relative sizes: s of its pattern, d of its heights.
+//! Table of the divisor A ([`super`]) for a relief of several relative sizes: `scale` s of its pattern, `depth` d of its
+//! heights.
 //!
-//! The albedo of a resized relief depends on two wavelengths ([`Reading`](crate::scattering::Reading)): λ' = λ/s, by
-//! which frequencies follow, and λ" = λ/d, by which the phase rate κ follows. Planes are uniform in log λ', and *slabs*
-//! of planes are uniform in 1/λ", to which the phase of the heights is proportional.
+//! The albedo of a resized relief depends on two wavelengths ([`Reading`](crate::scattering::Reading)). λ' = λ/s sets
+//! the frequencies (u, v)/λ', and λ" = λ/d the phase rate κ = 2πw/λ". Planes are uniform in log λ', and *slabs* of
+//! planes are uniform in 1/λ", to which the phase of the heights is proportional.
 
 use super::build::{Group, resolution};
 use super::{AlbedoIntegral, AlbedoLayout, AlbedoReport, AlbedoTable, NODES_DONE};
@@ -29,14 +30,14 @@ pub struct SizeAxes {
 impl SizeAxes {
     /// Number of planes that cover a range of sizes, and the axes of planes and slabs.
     ///
-    /// `planes` is the number of planes that a relief of one size has over the tables' range of wavelengths.
-    /// `phase_max` is the phase in radians between the relief's lowest and highest point, per unit of `w = cosθi +
-    /// cosθo`, at the shortest wavelength. `slab_phase` is the largest change of this phase between two slabs.
-    pub(super) fn covering(sizes: &SizeRange, planes: u32, phase_max: f64, slab_phase: f64) -> (u32, Self) {
+    /// `planes_of_one_size` is the number of planes that a relief of one size has over the tables' range of
+    /// wavelengths. `phase_max` is the phase in radians between the relief's lowest and highest point, per unit of
+    /// `w = cosθi + cosθo`, at the smallest λ". `slab_phase` is the largest change of this phase between two slabs.
+    pub(super) fn covering(sizes: &SizeRange, planes_of_one_size: u32, phase_max: f64, slab_phase: f64) -> (u32, Self) {
         let shortest_nm = WAVELENGTH_MIN_NM / sizes.scale[1];
         // In proportion to the range of log λ', and odd, so that every other plane belongs to the coarse grid of the
         // build.
-        let planes = 2 * (0.5 * f64::from(planes - 1) * sizes.wavelength_ranges()).ceil() as u32 + 1;
+        let planes = 2 * (0.5 * f64::from(planes_of_one_size - 1) * sizes.wavelength_ranges()).ceil() as u32 + 1;
         let octaves = sizes.wavelength_ranges() * (WAVELENGTH_MAX_NM / WAVELENGTH_MIN_NM).log2();
         let wavenumbers = sizes.wavenumbers();
         let slabs = sizes.slabs(phase_max, slab_phase);
@@ -80,9 +81,11 @@ pub(super) fn build(
     sizes: &SizeRange,
     progress: &Progress,
 ) -> (AlbedoTable, AlbedoReport) {
-    let (cells, planes) = resolution(integral);
+    // Read before widths and λ" are set below, on which they depend.
+    let (cells, planes_of_one_size) = resolution(integral);
     let slab_phase = if integral.has_ridges() { SLAB_PHASE_OF_RIDGES } else { SLAB_PHASE };
-    let (planes, axes) = SizeAxes::covering(sizes, planes, integral.phase_max(), slab_phase);
+    let (planes, axes) = SizeAxes::covering(sizes, planes_of_one_size, integral.phase_max(), slab_phase);
+    // With sizes, a look-up does not read the two numbers that are 0.
     let layout = AlbedoLayout { cells, planes, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: Some(axes) };
     // Distance to the next plane, relative to a plane's wavelength.
     let growth = (1.0 / f64::from(axes.planes_per_octave)).exp2() - 1.0;
@@ -91,8 +94,10 @@ pub(super) fn build(
         // A group of one wavelength, with weight 1 in its one plane.
         Group { wavelengths: vec![(nm, [1.0])], spacing_nm: growth * nm }
     };
-    // Orders of gratings keep their width. In units of the resized pattern they are narrowest at the smallest scale.
+    // Orders of gratings keep their width. In units of the resized pattern they are narrowest at the smallest scale,
+    // where albedos are largest.
     integral.scale_widths(sizes.scale[0]);
+    // `[slab][wavelength][y][x]`. The nodes take the fraction `NODES_DONE` of the progress.
     let mut words = Vec::new();
     for slab in 0..axes.slabs {
         let done = |slabs_done: u32| NODES_DONE * f64::from(slabs_done) / f64::from(axes.slabs);

@@ -1,20 +1,20 @@
 //! Lobes: the diffracted light's reflectance `f_r` between two directions, its sampling density, and samples.
 //!
-//! `f_r = R·O·M·S/λ²` (docs/model.md#the-reflectance) is in 1/sr and leaves out the cosine. It is divided by the albedo
-//! where energy is conserved. Four lobes implement [`Lobe`]:
+//! `f_r` is in 1/sr and leaves out the cosine (docs/model.md#the-reflectance). Where energy is conserved it is divided
+//! by albedos (`energy`). Six lobes implement [`Lobe`]:
 //!
-//! | lobe | surface that builds it | spectral content |
-//! | --- | --- | --- |
-//! | [`SpectralLobe`] | [`Surface`] | wavelengths in nm |
-//! | [`ColourLobe`] | [`ColourSurface`] | linear sRGB |
-//! | `GratingLobe` (src/grating/) | `GratingSurface` | wavelengths in nm |
-//! | `GratingColourLobe` (src/grating/) | `GratingColourSurface` | linear sRGB |
+//! | lobe | surface that builds it | spectral content | body |
+//! | --- | --- | --- | --- |
+//! | [`SpectralLobe`] | [`Surface`] | wavelengths in nm | reflects |
+//! | [`ColourLobe`] | [`ColourSurface`] | linear sRGB | reflects |
+//! | [`TransmissiveLobe`] | [`Surface`] | wavelengths in nm | transmits too |
+//! | [`TransmissiveColourLobe`] | [`ColourSurface`] | linear sRGB | transmits too |
+//! | `GratingLobe` (src/grating/) | `GratingSurface` | wavelengths in nm | either |
+//! | `GratingColourLobe` (src/grating/) | `GratingColourSurface` | linear sRGB | either |
 //!
-//! [`TransmissiveLobe`] and [`TransmissiveColourLobe`] replace the first two on a transparent body, which reflects and
-//! transmits.
-//!
-//! Each lobe is written once for all families of numbers ([`crate::numeric`]). [`Exact`] is the reference for the first
-//! two lobes: the direct sum in double precision.
+//! Each lobe is written once for scalars, SIMD lanes and variables of a recorded program ([`crate::numeric`]). It
+//! implements `PerWavelength` or `InColour`, which give it the trait [`Lobe`]. [`Exact`] is the reference for the
+//! first two lobes: the direct sum in double precision.
 
 mod band_ratio;
 mod by_value;
@@ -73,11 +73,12 @@ pub trait Lobe<N: Numbers, C: Copy> {
     /// Reflectance in 1/sr: `[N::Real; L]` at the wavelengths, or the three channels of linear sRGB.
     type Value;
 
-    /// `f_r` in 1/sr between two directions, without the cosine. [`SpectralLobe`] also leaves out the interface's
-    /// factor ([`Pair::interface`](crate::scattering::Pair::interface)).
+    /// `f_r` in 1/sr between two directions, without the cosine. [`SpectralLobe`], and [`ColourLobe`] without an index,
+    /// also leave out the interface's factor ([`Pair::interface`](crate::scattering::Pair::interface)), which callers
+    /// multiply by.
     fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], carried: C, active: N::Mask) -> Self::Value;
 
-    /// Density of [`Lobe::sample`] over solid angle, in 1/sr: the mean over the wavelengths carried.
+    /// Density of [`Lobe::sample`] over solid angle, in 1/sr; with wavelengths, the mean over them.
     fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], carried: C, active: N::Mask) -> N::Real;
 
     /// [`Lobe::eval`] and [`Lobe::pdf`]. Lobes at wavelengths compute both in one loop.
@@ -86,9 +87,9 @@ pub trait Lobe<N: Numbers, C: Copy> {
         (self.eval(wi, wo, carried, active), self.pdf(wi, wo, carried, active))
     }
 
-    /// A direction `wo` from three random numbers in [0, 1); the zero vector where the draw falls below the horizon.
-    /// The first number chooses the side of a transparent body, the uniform part of the density or a wavelength, and
-    /// the order of a grating.
+    /// A direction `wo` from three random numbers in [0, 1); the zero vector where the wave drawn lies beyond the
+    /// horizon. The first number decides in turn on the side of a transparent body, on a uniform direction or one of
+    /// the lobe's own, on a wavelength, and on the order of a grating. The others yield the direction.
     fn sample(&self, wi: [N::Real; 3], carried: C, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 

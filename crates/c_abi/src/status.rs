@@ -83,12 +83,14 @@ thread_local! {
     static MESSAGE: RefCell<CString> = RefCell::default();
 }
 
-/// Runs the body of an export. Converts an error or a panic into a status, and stores its message for the thread. A
+/// Runs the body of an exported function. Converts an error or a panic into a status, and stores its message for the thread. A
 /// success leaves the message as it is.
 pub(super) fn call(body: impl FnOnce() -> Result<(), CallError>) -> Status {
     let Err(error) = guard(body) else { return Status::Ok };
     let mut text = error.to_string().into_bytes();
     text.retain(|byte| *byte != 0);
+    // Messages of panics may have several lines.
+    text.iter_mut().filter(|byte| **byte == b'\n').for_each(|byte| *byte = b' ');
     // Without NULs, `CString::new` succeeds.
     let text = CString::new(text).unwrap_or_default();
     // `try_with` fails only while the thread ends. Nobody can read the message then.
@@ -99,8 +101,9 @@ pub(super) fn call(body: impl FnOnce() -> Result<(), CallError>) -> Status {
 /// Returns the message of the last failed call of this thread, one line of UTF-8. The string is empty if no call
 /// has failed. The pointer is never null.
 ///
-/// The string is valid until the next failing call of this thread.
+/// The string is valid until the next failing call of this thread, or until the thread ends.
 #[unsafe(no_mangle)] // SAFETY: no other library has symbols with this prefix.
 pub extern "C" fn sunbeam_last_error() -> *const c_char {
+    // The pointer outlives the borrow: the string's memory stays until `call` replaces it.
     MESSAGE.try_with(|message| message.borrow().as_ptr()).unwrap_or(c"".as_ptr())
 }

@@ -61,7 +61,7 @@ pub enum Direction {
 /// A planned two-dimensional DFT of `ny` rows by `nx` columns, unnormalised.
 ///
 /// Bins are in FFT order along each axis: frequency 0, then the positive, then the negative frequencies in ascending
-/// order. Rows and columns are distributed over the current rayon thread pool.
+/// order. The frequency n/2 of an even n counts as positive. Rows and columns are distributed over the current rayon thread pool.
 pub struct Fft2<T: Precision> {
     /// Length of a row.
     nx: usize,
@@ -80,7 +80,8 @@ impl<T: Precision> Fft2<T> {
         Self { nx, ny, along_x, along_y }
     }
 
-    /// Transforms `data` (row-major, length `nx · ny`) in place; `scratch` is resized as needed and may be reused.
+    /// Transforms `data` (row-major, length `nx · ny`) in place; `scratch` is resized as needed and may be reused. Data
+    /// of another length panic or give meaningless results.
     pub fn process(&self, data: &mut [Complex<T>], scratch: &mut Vec<Complex<T>>) {
         debug_assert_eq!(data.len(), self.nx * self.ny);
         transform_rows(&*self.along_x, data, self.nx);
@@ -96,8 +97,8 @@ impl<T: Precision> Fft2<T> {
     ///
     /// The bins equal those of [`Fft2::process`], whose other bins are not computed.
     ///
-    /// - `data` holds the first rows, each `nx` long; missing rows up to `ny` are zero. It is overwritten with scratch
-    ///   values.
+    /// - `data` holds the first rows, whole and each `nx` long; missing rows up to `ny` are zero. It is overwritten with
+    ///   scratch values.
     /// - `kx` is 1 to `nx`, and `ky` is 1 to `ny`. An even size `k` keeps the frequency `+k/2` and drops `−k/2`.
     ///
     /// The result has `ky` rows of `kx` bins, in the FFT order of a transform of that size.
@@ -131,8 +132,8 @@ impl<T: Precision> Fft2<T> {
 }
 
 /// Number of rows or columns that one rayon task transforms, and side of a tile of [`transpose`] in elements. 16
-/// complex numbers in double precision fill four cache lines of 64 bytes, and a tile takes 4 KiB. With larger values
-/// fewer cache lines are read twice; smaller ones balance threads better.
+/// complex numbers in double precision fill four cache lines of 64 bytes, and each of two tiles takes 4 KiB. With larger
+/// values fewer cache lines belong to two tiles; smaller ones balance threads better.
 const LINES_PER_TASK: usize = 16;
 
 /// Bin of a transform of `n` points that becomes bin `i` among the `kept` bins nearest to frequency zero (both in FFT

@@ -7,7 +7,7 @@
 use super::units::micrometres;
 
 /// Parts of titles, in lower case, of signals that are not a relief. Their unit may be a length: the deflection of a
-/// cantilever is in nm.
+/// cantilever is in nm. They take precedence over [`RELIEF`]: "height error" is no relief.
 const NO_RELIEF: [&str; 18] = [
     "error",
     "deflection",
@@ -49,7 +49,7 @@ pub(super) struct Channel {
     pub number: usize,
     /// Title that selects the channel, without regard to case; may be empty.
     pub title: String,
-    /// Unit of the values, for messages.
+    /// Unit of the values, or another remark on them, for messages only.
     pub unit: String,
     /// Kind of the values.
     pub kind: ValueKind,
@@ -63,7 +63,7 @@ impl Channel {
             Err(_) if unit.trim().is_empty() => ValueKind::Numbers,
             Err(_) => ValueKind::Other,
         };
-        Self { number, title, unit, kind }
+        Self { number, title, unit: unit.trim().to_owned(), kind }
     }
 
     /// Name in reports: the title, or the number of a channel without one.
@@ -85,6 +85,7 @@ impl Channel {
     fn rank(&self) -> Option<usize> {
         let title = self.title.to_lowercase();
         let has = |parts: &[&str], text: &str| parts.iter().any(|part| text.contains(part));
+        // As a part of titles "z" would be too common.
         let title_is_relief = has(&RELIEF, &title.replace([' ', '_', '-'], "")) || title == "z";
         match self.kind {
             ValueKind::Other => None,
@@ -108,14 +109,15 @@ fn list(channels: &[Channel]) -> String {
 }
 
 /// Index in `channels` of the channel whose number or title is `channel_option`; without the option, of the default
-/// channel. A number takes precedence over an equal title.
+/// channel. A number takes precedence over an equal title. A blank option names no channel.
 ///
 /// The default is the first length whose title names a relief, else the first other length. Without lengths it is the
 /// first channel without a unit whose title names a relief, else the first other one without a unit. Signals of
 /// [`NO_RELIEF`] are chosen only by the option.
 ///
 /// # Errors
-/// A missing channel, or one in a unit that is not a length; the message lists the channels.
+/// No channel of that number or title, or one in a unit that is not a length; without the option, no channel that may
+/// be a relief. The message lists the channels.
 pub(super) fn choose(channels: &[Channel], channel_option: Option<&str>) -> Result<usize, String> {
     if channels.is_empty() {
         return Err("it holds no channels of data".to_owned());
@@ -131,9 +133,10 @@ pub(super) fn choose(channels: &[Channel], channel_option: Option<&str>) -> Resu
         });
     };
     let wanted = wanted.trim();
-    let number = wanted.parse().ok();
+    let number = wanted.parse::<usize>().ok();
     let by_number = channels.iter().position(|channel| Some(channel.number) == number);
-    let by_title = || channels.iter().position(|channel| channel.title.to_lowercase() == wanted.to_lowercase());
+    let has_title = |channel: &Channel| !wanted.is_empty() && channel.title.to_lowercase() == wanted.to_lowercase();
+    let by_title = || channels.iter().position(has_title);
     let found = by_number.or_else(by_title);
     match found {
         None => Err(format!("there is no `channel` \"{wanted}\"; there are {}", list(channels))),
@@ -177,5 +180,6 @@ mod tests {
         assert!(refusal.contains("`channel`") && refusal.contains("0 \"Deflection\" (nm)"), "{refusal}");
         assert!(chosen(&[("Phase", "deg")], None).unwrap_err().contains("no channel is in units of length"));
         assert!(chosen(&[("Phase", "deg")], Some("0")).unwrap_err().contains("is not a length"));
+        assert!(chosen(&[("", "nm")], Some(" ")).unwrap_err().contains("there is no `channel`"));
     }
 }

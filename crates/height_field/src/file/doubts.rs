@@ -4,7 +4,7 @@ use crate::HeightField;
 use std::fmt;
 
 /// Peak to valley in µm below which a relief is implausible: 0.05 nm, less than an atom. Heights in metres that were
-/// taken for µm are below it.
+/// taken for µm are below it, for reliefs of up to 50 µm. A larger limit would doubt polished surfaces.
 const PEAK_TO_VALLEY_MIN_UM: f64 = 5e-5;
 /// Largest plausible ratio of a pixel's sides. Scans with fewer lines than points in each line have a ratio of 2 or 4.
 const PIXEL_RATIO_MAX: f64 = 4.0;
@@ -25,9 +25,9 @@ pub enum Doubt {
         /// Size along y in µm.
         dy_um: f64,
     },
-    /// A number far from all heights, which was treated as a missing point.
+    /// A number far from all heights (`isolated.rs`), which was treated as a missing point.
     Isolated {
-        /// The number as stored.
+        /// The number as stored in the file.
         value: f64,
         /// Number of points with this number.
         count: usize,

@@ -122,8 +122,7 @@ fn go_to_page(pages: &mut Pages, channel_option: Option<&str>) -> Result<Option<
             return Ok(Some(current.to_string()));
         }
         if !pages.more_images() {
-            // The page does not exist: `choose` fails with a list of all pages. It accepts only a blank option, which
-            // equals the empty titles; `next_image` then fails.
+            // The page does not exist: `choose` fails with a list of all pages.
             let (title, unit, kind) = (String::new(), "page".to_owned(), ValueKind::Lengths);
             let page_channel = |number| Channel { number, title: title.clone(), unit: unit.clone(), kind };
             let listed: Vec<Channel> = (0..=current).map(page_channel).collect();

@@ -5,20 +5,20 @@ use crate::HeightFieldError;
 use ndarray::Array2;
 use std::ops::RangeInclusive;
 
-/// Accepted edge lengths of a sub-region in µm: from about two layers of the sunbeam snake to half the tile of 65.2 µm.
+/// Accepted edge lengths of a sub-region in µm: from about two periods of `xenopeltis` to half the tile of 65.2 µm.
 pub const REGION_SIZE_UM: RangeInclusive<f64> = 3.0..=33.0;
-/// Accepted relative spreads of the spatial frequency between sub-regions. Beyond a tenth the pattern looks torn at the
-/// borders.
+/// Accepted relative deviations of the spatial frequency in a sub-region. Chosen by eye: beyond a tenth the pattern
+/// looks torn at the borders.
 pub const REGION_SPREAD: RangeInclusive<f64> = 0.0..=0.1;
 
 /// Sub-regions of a skin, a model of an observation in Single 2014 (M. Single's thesis). Over the wavelength, the angle
 /// of the diffraction peak alternates there between two curves, which the thesis attributes to regions of different
 /// period.
 ///
-/// The tile is divided into equal squares, an even number along each axis, with edges as near to `size_um` as possible.
-/// Along x, the period along x is alternately divided by `1 + spread` and by `1 − spread`; the period along y varies
-/// likewise along y. Layers and fingers continue across the borders of squares, and the tile stays periodic. The
-/// squares are not rotated against each other.
+/// The tile is divided into equal squares. Their number along each axis is the even one nearest to the tile's edge over
+/// `size_um`. Along x, the period along x is alternately divided by `1 + spread` and by `1 − spread`; the period along y
+/// varies likewise along y. Layers and fingers (`mod.rs`) continue across the borders of squares, and the tile stays
+/// periodic. The squares are not rotated against each other.
 ///
 /// ```
 /// use sunbeam_height_field::{Preset, Regions};
@@ -56,7 +56,8 @@ impl Regions {
         2.0 * libm::round(0.5 * extent_um / self.size_um).max(1.0)
     }
 
-    /// Adds the sub-regions to the displacements `[[iy, ix]]` (µm) of a square tile.
+    /// Adds the sub-regions to the displacements `[[iy, ix]]` (µm) of a square tile, which are added to a pixel's
+    /// coordinates.
     ///
     /// The added displacement is a triangle wave that rises over one square and falls over the next. Its slope,
     /// ±`spread`, is the relative change of the spatial frequency. Its mean is about 0, so the pattern is not shifted.
@@ -114,15 +115,18 @@ mod tests {
 
     #[test]
     fn halves_of_the_tile_have_the_two_periods() {
+        // Distance between layers of `xenopeltis` in µm.
+        const LAYER_UM: f64 = 1.552_27;
+        // The skin's random displacement moves the period of a half by 1 %, and the search has steps of 0.3 %. The
+        // wrong sign would be 10 % off.
+        const TOLERANCE: f64 = 0.015;
         let plain = Preset::Xenopeltis.build(None, None).unwrap();
         let regions = Regions::new(33.0, 0.05).unwrap();
         let field = Preset::Xenopeltis.build_in_regions(regions).unwrap();
         for (right, factor) in [(false, 1.05), (true, 0.95)] {
             let (before, after) = (strongest_um(&plain, right), strongest_um(&field, right));
-            // The skin's random displacement moves the period of a half by 1 %, and the search has steps of 0.3 %. The
-            // wrong sign would be 10 % off.
-            assert!((before / 1.552_27 - 1.0).abs() < 0.015, "{before}");
-            assert!((after * factor / 1.552_27 - 1.0).abs() < 0.015, "{after} with a frequency of {factor}");
+            assert!((before / LAYER_UM - 1.0).abs() < TOLERANCE, "{before}");
+            assert!((after * factor / LAYER_UM - 1.0).abs() < TOLERANCE, "{after} with a frequency of {factor}");
         }
     }
 

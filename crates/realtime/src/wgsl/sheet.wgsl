@@ -4,10 +4,10 @@
 // or to another surface is approximated: the film is a flat *sheet*, which weakens the light but does not deflect it.
 // The approximation is good for weak reliefs, which deflect little light.
 
-// Smallest cosine to divide by, about the rounding error of a single-precision cosine.
+// Smallest cosine, about its rounding error in single precision. At 0, `sums` would be 0 for eta = 1.
 const SHEET_COSINE_MIN: f32 = 1e-7;
 
-// Transmittance in [0, 1] of a flat film of index eta for unpolarised light at a cosine with the normal, without
+// Transmittance in [0, 1] of a flat film of index eta ≥ 1 for unpolarised light at a cosine with the normal, without
 // reflections inside the film; counterpart of `TransparentBody::transmittance` in src/scattering/transparent.rs.
 fn sheet_transmittance(eta: f32, cosine: f32) -> f32 {
     let c = max(cosine, SHEET_COSINE_MIN);
@@ -23,8 +23,9 @@ fn sheet_transmittance(eta: f32, cosine: f32) -> f32 {
     return 0.5 * dot(one_side, one_side);
 }
 
-// Fraction of light that passes all triangles of the mesh, which is a film, within the distance `farthest` along a ray
-// of unit direction. The traversal is that of `trace`, but it visits every triangle on the ray.
+// Fraction of light that passes all triangles of the mesh, which is a film, within the distance `farthest` in cm along
+// a ray of unit direction. The caller has moved the origin off its own surface. The traversal is that of `trace`, but it
+// visits every triangle on the ray: two where the ray meets their common edge, which is rare.
 fn sheet_passed(origin: vec3<f32>, direction: vec3<f32>, farthest: f32) -> f32 {
     let inverse = trace_inverse(direction);
     let count = arrayLength(&nodes);
@@ -35,10 +36,10 @@ fn sheet_passed(origin: vec3<f32>, direction: vec3<f32>, farthest: f32) -> f32 {
         if node.triangle != TRACE_NONE {
             let hit = trace_triangle(origin, direction, node.triangle);
             if hit.triangle != TRACE_NONE && hit.distance < farthest {
-                let c0 = mesh_vertex(hit.triangle, 0u);
-                let c1 = mesh_vertex(hit.triangle, 1u);
-                let c2 = mesh_vertex(hit.triangle, 2u);
-                let normal = c0.normal * (1.0 - hit.b.x - hit.b.y) + c1.normal * hit.b.x + c2.normal * hit.b.y;
+                let v0 = mesh_vertex(hit.triangle, 0u);
+                let v1 = mesh_vertex(hit.triangle, 1u);
+                let v2 = mesh_vertex(hit.triangle, 2u);
+                let normal = v0.normal * (1.0 - hit.b.x - hit.b.y) + v1.normal * hit.b.x + v2.normal * hit.b.y;
                 passed *= sheet_transmittance(frame.film_eta, abs(dot(normalize(normal), direction)));
             }
             index = node.next;

@@ -6,8 +6,8 @@ use std::sync::{Mutex, PoisonError};
 use sunbeam::table::Progress;
 use wasm_bindgen::{JsCast, JsValue};
 
-/// A JavaScript `Error` with the message, the property `kind` ([`WebError::kind`]) and, for a missing scale,
-/// `parameter`.
+/// A JavaScript `Error` with the message, the property `kind` ([`WebError::kind`]) and, for [`WebError::Scale`],
+/// `parameter`, the name of the missing setting.
 pub fn thrown(error: impl Into<WebError>) -> JsValue {
     let error = error.into();
     let made = js_sys::Error::new(&error.to_string());
@@ -28,7 +28,7 @@ thread_local! {
     static LISTENER: RefCell<Option<js_sys::Function>> = const { RefCell::new(None) };
 }
 
-/// Guard whose drop removes the registered listener.
+/// Guard whose drop removes the registered listener, if there is one.
 pub struct Listening;
 
 impl Drop for Listening {
@@ -37,19 +37,19 @@ impl Drop for Listening {
     }
 }
 
-/// Smallest increase of the reported fraction: at most 200 calls of JavaScript a build. A smaller step reports more
+/// Smallest increase of the reported fraction: about 200 calls of JavaScript a build. A smaller step reports more
 /// smoothly; a larger one costs fewer calls.
 const STEP: f64 = 0.005;
 
 /// A [`Progress`] that calls `listener`, if it is a function, with the finished fraction from 0 to 1. The calls end
-/// when the returned guard is dropped.
+/// when the returned guard is dropped. The listener must not start another build.
 ///
 /// A `Progress` may move to other threads, and a JavaScript function may not. Therefore the function stays in a
 /// variable of this thread. WebAssembly has no other threads here.
 pub fn progress(listener: &JsValue) -> (Progress, Listening) {
     let Some(function) = listener.dyn_ref::<js_sys::Function>() else { return (Progress::none(), Listening) };
-    LISTENER.with_borrow_mut(|listener| *listener = Some(function.clone()));
-    // Largest fraction reported; below 0, so that the first report passes.
+    LISTENER.with_borrow_mut(|slot| *slot = Some(function.clone()));
+    // Largest fraction reported, in a mutex because a `Progress` is `Sync`; below 0, so that the first report passes.
     let last = Mutex::new(-1.0f64);
     let report = move |fraction: f64| {
         {
@@ -61,8 +61,8 @@ pub fn progress(listener: &JsValue) -> (Progress, Listening) {
             }
             *last = fraction;
         }
-        LISTENER.with_borrow(|listener| {
-            if let Some(function) = listener {
+        LISTENER.with_borrow(|slot| {
+            if let Some(function) = slot {
                 // Errors of the listener are ignored.
                 let _ = function.call1(&JsValue::NULL, &fraction.into());
             }
