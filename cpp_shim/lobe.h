@@ -39,7 +39,7 @@ public:
     /// Whether the variant's rays carry wavelengths.
     static constexpr bool IsSpectral = mitsuba::is_spectral_v<Spectrum>;
 
-    /// Relative size of the pattern and of its heights, in (0, 1].
+    /// Relative size of the pattern along the surface (`scale`) and of its heights (`depth`), in [1e-3, 1].
     struct Size {
         Float scale, depth;
     };
@@ -211,6 +211,8 @@ private:
         std::array<Float, N> centre;
         std::transform(components.begin(), components.end(), centre.begin(),
                        [](const Float &c) { return dr::detach(c); });
+        // Accepted sizes; those beyond are clipped (`RELATIVE_SIZE` in Rust).
+        constexpr float SMALLEST_SIZE = 1e-3f, LARGEST_SIZE = 1.f;
         // Largest step of each component. The look-ups' frequencies are proportional to scale·(wi + wo) and their
         // phase rate κ to depth·(cosθi + cosθo). Both sums are at most 2, so a size takes half the step of a direction.
         const Steps steps                  = m_surface->steps();
@@ -234,10 +236,16 @@ private:
                     const bool is_tangential = c % 3 < 2 && c < 6;
                     const Float step =
                         is_tangential ? Float(largest[c]) : dr::minimum(largest[c], .25f * dr::abs(centre[c]));
+                    Float forwards = centre[c] + step, backwards = centre[c] - step;
+                    // At an end of the range of sizes the quotient is one-sided.
+                    if (c >= 6) {
+                        forwards  = dr::clip(forwards, SMALLEST_SIZE, LARGEST_SIZE);
+                        backwards = dr::clip(backwards, SMALLEST_SIZE, LARGEST_SIZE);
+                    }
                     const auto is_moved = (i >> 1) == c;
-                    moved[c] += dr::select(is_moved, sign * step, 0.f);
+                    moved[c]            = dr::select(is_moved, dr::select(sign > 0.f, forwards, backwards), moved[c]);
                     // Distance of the two positions after rounding to single precision, which differs from 2 · step.
-                    distance = dr::select(is_moved, (centre[c] + step) - (centre[c] - step), distance);
+                    distance = dr::select(is_moved, forwards - backwards, distance);
                 }
                 const Vector3f wi(moved[0], moved[1], moved[2]), wo(moved[3], moved[4], moved[5]);
                 Size moved_size{ dr::detach(size.scale), dr::detach(size.depth) };
@@ -245,11 +253,12 @@ private:
                     moved_size = { moved[6], moved[7] };
                 const auto there = value(evaluate(Part::Value, wi, wo, wavelengths, moved_size, active), wo);
                 for (uint32_t c = 0; c < N; ++c)
-                    slopes[c] += dr::select((i >> 1) == c, there * (sign / distance), 0.f);
+                    // Sizes beyond the range have no distance, and no slope.
+                    slopes[c] += dr::select((i >> 1) == c && distance > 0.f, there * (sign / distance), 0.f);
                 i += 1;
             },
             "slopes");
-        // The differences are zero, and their derivatives are those of the components.
+        // `components - centre` is zero in value. Its derivative is that of the components.
         for (uint32_t c = 0; c < N; ++c)
             change += slopes[c] * (components[c] - centre[c]);
         return change;

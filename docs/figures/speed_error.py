@@ -65,12 +65,12 @@ def surface_figures(surface: dict) -> dict:
     """A surface's properties, and selections of its entries for the page's tables.
 
     - `kappa_h`: κH, the largest phase in radians about the middle of the heights' range, at the shortest wavelength.
-    - `oracle`: errors of the benchmark's reference against the direct sum in double precision.
+    - `oracle`: errors of the benchmark's reference against the oracle, the direct sum in double precision.
     - `defaults`: each method with its default options. `off_front` names those that another entry of the method beats.
     - `choices`: for each of DELTA_E_LIMITS the fastest entry of any method, and the fastest of FLSS.
     - `steps`: FLSS with its default options but all wavelength steps.
     - `taylor`: FLSS with Taylor's series.
-    - `orders`: FLSS with Chebyshev's series in steps of 5 nm, with different numbers of summed orders.
+    - `orders`: FLSS with Chebyshev's series in steps of 5 nm, with all numbers of orders and terms and all tolerances.
     - `others`: the methods NMM, PQ and Stam.
     - `tables`, `spectral`: the tables of colours and of spectra.
     """

@@ -17,7 +17,7 @@ const LARGEST_BELOW_DEG: f64 = 85.0;
 /// Numbers of four lanes: quadrature nodes side by side.
 type Real4 = <Lanes<'static> as Numbers>::Real;
 
-/// Albedos before and after division by an [`AlbedoTable`].
+/// Albedos before and after division by an [`AlbedoTable`], of the relief's own size, without the Fresnel reflectance.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct AlbedoReport {
     /// Largest albedo before division, over incident directions below 85°.

@@ -1,5 +1,5 @@
 //! Exports the page's picture: as a `sunbeam render` command, and as an XML scene for Mitsuba with the `diffraction`
-//! plugin. Options of the command have the names of the plugin's parameters with hyphens for underscores, except
+//! plugin. The command's options of the surface have the names of the plugin's parameters with hyphens for underscores, except
 //! `height-field` for `filename`.
 
 use crate::settings::{Pigment, Settings};
@@ -10,7 +10,7 @@ use sunbeam::methods::{MethodKind, MethodOptions, Repeats};
 use sunbeam_realtime::{Camera, PIGMENT_SCALE, SOIL, Shape};
 
 /// The `sunbeam render` command that draws the picture of `width` × `height` pixels, with `supersample` rays along each
-/// side of a pixel. Most options with default values are left out.
+/// side of a pixel. Options of surface and method with the library's defaults are left out.
 pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u32) -> String {
     let mut parts = vec!["sunbeam render -o picture.exr --png picture.png".to_owned()];
     let mut add = |flag: &str, value: String| parts.push(format!("--{flag} {}", quoted(&value)));
@@ -65,8 +65,10 @@ pub fn xml(settings: &Settings, size: (u32, u32)) -> String {
     };
     scene_comment(settings, &mut line);
     line("<scene version=\"3.0.0\">");
-    // Paths of two segments: light is reflected once, as in the page's picture.
-    line("    <integrator type=\"path\"><integer name=\"max_depth\" value=\"2\"/></integrator>");
+    // Paths of two segments: light is reflected once, as in the page's picture. The ground behind a film is seen by paths
+    // of three.
+    let max_depth = if settings.surface.body().is_some() { 3 } else { 2 };
+    line(&format!("    <integrator type=\"path\"><integer name=\"max_depth\" value=\"{max_depth}\"/></integrator>"));
     scene_camera(settings, size, &mut line);
     scene_shape(settings, &mut line);
     if settings.ground {
@@ -225,7 +227,7 @@ fn surface_parameters(settings: &Settings) -> Vec<(&'static str, String)> {
     number("build_limit", config.build_limit, default.build_limit);
     number("k", settings.index().k, 0.0);
     number("cover_eta", config.cover_eta.unwrap_or(1.0), 1.0);
-    // `eta` is always written: without an index the surface of the command would reflect all light.
+    // `eta` is always written: without an index the plugin's surface would reflect all light.
     parameters.push(("eta", settings.index().eta.to_string()));
     let mut choice = |name, value: Option<String>| parameters.extend(value.map(|value| (name, value)));
     choice("model", (config.model != default.model).then(|| named(config.model)));
