@@ -74,7 +74,7 @@ const char *sunbeam_version(void);
 // Returns the message of the last failed call of this thread, one line of UTF-8. The string is empty if no call
 // has failed. The pointer is never null.
 //
-// The string is valid until the next failing call of this thread.
+// The string is valid until the next failing call of this thread, or until the thread ends.
 const char *sunbeam_last_error(void);
 
 // Creates a surface from a JSON object of parameters, such as
