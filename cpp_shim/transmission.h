@@ -227,10 +227,12 @@ private:
     /// | n, ε | index of the medium, `eta`, and its square, `eps` |
     /// | K | wave vector of the direction over the wave number in vacuum: of length n in the medium, 1 in air |
     /// | k | length of the tangential part of K |
-    /// | c1, cn | normal components in air and in the medium, √(1 − k²) and √(n² − k²); c1 is +i√(k² − 1) beyond k = 1,
-    /// | | | for waves exp(−iωt) | | v, e | cn and n for a direction above; n c1 and 1 below | | s, p | denominators of
-    /// the states s and p, c1 + cn and ε c1 + cn | | τ | 1; below a film the transmittance of its flat side, 4 c1 cn /
-    /// s² and 4 ε c1 cn / p² |
+    /// | c1, cn | normal components in air and in the medium, √(1 − k²) and √(n² − k²) |
+    /// | v, e | cn and n for a direction above; n c1 and 1 below |
+    /// | s, p | denominators of the states s and p, c1 + cn and ε c1 + cn |
+    /// | τ | 1; below a film the transmittance of its flat side, 4 c1 cn / s² and 4 ε c1 cn / p² |
+    ///
+    /// Beyond k = 1, c1 is +i√(k² − 1), for waves exp(−iωt).
     struct Terms {
         using Complex  = dr::Complex<Float>;
         using Vector2f = mitsuba::Vector<Float, 2>;

@@ -1,5 +1,5 @@
-//! Table of the divisor A ([`super`]) for a relief of several relative sizes: `scale` s of its pattern, `depth` d of its
-//! heights.
+//! Table of the divisor A ([`super`]) for a relief of several relative sizes: `scale` s of its pattern, `depth` d of
+//! its heights.
 //!
 //! The albedo of a resized relief depends on two wavelengths ([`Reading`](crate::scattering::Reading)). λ' = λ/s sets
 //! the frequencies (u, v)/λ', and λ" = λ/d the phase rate κ = 2πw/λ". Planes are uniform in log λ', and *slabs* of

@@ -39,8 +39,8 @@ pub struct EfficiencyLayout {
 }
 
 impl EfficiencyLayout {
-    /// Layout over equally spaced wavelengths `nm`, with this number of cells at the shortest, and of nodes along either
-    /// side of a cell.
+    /// Layout over equally spaced wavelengths `nm`, with this number of cells at the shortest, and of nodes along
+    /// either side of a cell.
     pub(super) fn new(nm: &[f64], cells: usize, nodes: usize, below: Below) -> Self {
         Self {
             first_nm: nm[0],

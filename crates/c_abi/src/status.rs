@@ -83,8 +83,8 @@ thread_local! {
     static MESSAGE: RefCell<CString> = RefCell::default();
 }
 
-/// Runs the body of an exported function. Converts an error or a panic into a status, and stores its message for the thread. A
-/// success leaves the message as it is.
+/// Runs the body of an exported function. Converts an error or a panic into a status, and stores its message for the
+/// thread. A success leaves the message as it is.
 pub(super) fn call(body: impl FnOnce() -> Result<(), CallError>) -> Status {
     let Err(error) = guard(body) else { return Status::Ok };
     let mut text = error.to_string().into_bytes();

@@ -61,7 +61,8 @@ pub enum Direction {
 /// A planned two-dimensional DFT of `ny` rows by `nx` columns, unnormalised.
 ///
 /// Bins are in FFT order along each axis: frequency 0, then the positive, then the negative frequencies in ascending
-/// order. The frequency n/2 of an even n counts as positive. Rows and columns are distributed over the current rayon thread pool.
+/// order. The frequency n/2 of an even n counts as positive. Rows and columns are distributed over the current rayon
+/// thread pool.
 pub struct Fft2<T: Precision> {
     /// Length of a row.
     nx: usize,
@@ -97,8 +98,8 @@ impl<T: Precision> Fft2<T> {
     ///
     /// The bins equal those of [`Fft2::process`], whose other bins are not computed.
     ///
-    /// - `data` holds the first rows, whole and each `nx` long; missing rows up to `ny` are zero. It is overwritten with
-    ///   scratch values.
+    /// - `data` holds the first rows, whole and each `nx` long; missing rows up to `ny` are zero. It is overwritten
+    ///   with scratch values.
     /// - `kx` is 1 to `nx`, and `ky` is 1 to `ny`. An even size `k` keeps the frequency `+k/2` and drops `−k/2`.
     ///
     /// The result has `ky` rows of `kx` bins, in the FFT order of a transform of that size.
@@ -132,8 +133,8 @@ impl<T: Precision> Fft2<T> {
 }
 
 /// Number of rows or columns that one rayon task transforms, and side of a tile of [`transpose`] in elements. 16
-/// complex numbers in double precision fill four cache lines of 64 bytes, and each of two tiles takes 4 KiB. With larger
-/// values fewer cache lines belong to two tiles; smaller ones balance threads better.
+/// complex numbers in double precision fill four cache lines of 64 bytes, and each of two tiles takes 4 KiB. With
+/// larger values fewer cache lines belong to two tiles; smaller ones balance threads better.
 const LINES_PER_TASK: usize = 16;
 
 /// Bin of a transform of `n` points that becomes bin `i` among the `kept` bins nearest to frequency zero (both in FFT

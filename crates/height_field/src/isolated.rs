@@ -29,8 +29,8 @@ const GAP_MIN: f64 = 10.0;
 /// Smallest fraction of the values at a level of the relief. A larger bound would remove narrow levels, such as thin
 /// ridges of a grating; a smaller one would keep common fractions of missing points.
 ///
-/// The same fraction of the other values is ignored at either end where the gap of one of [`MISSING_NUMBERS`] is
-/// compared with their range. A second number for missing points among them would otherwise enlarge the range.
+/// Also the fraction of values left out at either end, where the gap of one of [`MISSING_NUMBERS`] is compared with the
+/// range of the others. They may contain a second number for missing points, which would enlarge the range.
 const LEVEL_MIN: f64 = 0.05;
 /// Smallest fraction of the values at the most frequent other number, if a number is to be a level beside it. Coarsely
 /// quantised measurements have equal heights, too, but spread over more than four values.

@@ -1,6 +1,6 @@
 //! Exports the page's picture: as a `sunbeam render` command, and as an XML scene for Mitsuba with the `diffraction`
-//! plugin. The command's options of the surface have the names of the plugin's parameters with hyphens for underscores, except
-//! `height-field` for `filename`.
+//! plugin. The command's options of the surface have the names of the plugin's parameters with hyphens for underscores,
+//! except `height-field` for `filename`.
 
 use crate::settings::{Pigment, Settings};
 use serde::Serialize;
@@ -65,8 +65,8 @@ pub fn xml(settings: &Settings, size: (u32, u32)) -> String {
     };
     scene_comment(settings, &mut line);
     line("<scene version=\"3.0.0\">");
-    // Paths of two segments: light is reflected once, as in the page's picture. The ground behind a film is seen by paths
-    // of three.
+    // Paths of two segments: light is reflected once, as in the page's picture. The ground behind a film is seen by
+    // paths of three.
     let max_depth = if settings.surface.body().is_some() { 3 } else { 2 };
     line(&format!("    <integrator type=\"path\"><integer name=\"max_depth\" value=\"{max_depth}\"/></integrator>"));
     scene_camera(settings, size, &mut line);

@@ -16,8 +16,8 @@ pub const REGION_SPREAD: RangeInclusive<f64> = 0.0..=0.1;
 /// period.
 ///
 /// The tile is divided into equal squares. Their number along each axis is the even one nearest to the tile's edge over
-/// `size_um`. Along x, the period along x is alternately divided by `1 + spread` and by `1 − spread`; the period along y
-/// varies likewise along y. Layers and fingers (`mod.rs`) continue across the borders of squares, and the tile stays
+/// `size_um`. Along x, the period along x is alternately divided by `1 + spread` and by `1 − spread`; the period along
+/// y varies likewise along y. Layers and fingers (`mod.rs`) continue across the borders of squares, and the tile stays
 /// periodic. The squares are not rotated against each other.
 ///
 /// ```

@@ -24,8 +24,8 @@ fn sheet_transmittance(eta: f32, cosine: f32) -> f32 {
 }
 
 // Fraction of light that passes all triangles of the mesh, which is a film, within the distance `farthest` in cm along
-// a ray of unit direction. The caller has moved the origin off its own surface. The traversal is that of `trace`, but it
-// visits every triangle on the ray: two where the ray meets their common edge, which is rare.
+// a ray of unit direction. The caller has moved the origin off its own surface. The traversal is that of `trace`, but
+// it visits every triangle on the ray: two where the ray meets their common edge, which is rare.
 fn sheet_passed(origin: vec3<f32>, direction: vec3<f32>, farthest: f32) -> f32 {
     let inverse = trace_inverse(direction);
     let count = arrayLength(&nodes);
