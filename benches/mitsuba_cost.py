@@ -48,16 +48,16 @@ def main() -> int:
     try:
         if options.plugin:
             environment.use_plugin(options.plugin)
-            made = headline.cells_with_settings(options.cell_s, options.scenes)
-            lines = headline.cell_lines(made)
+            measured = headline.cells_with_settings(options.cell_s, options.scenes)
+            lines = headline.cell_lines(measured)
         else:
-            made = headline.figures(options.cell_s, options.picture_s)
-            lines = headline.lines(made)
+            measured = headline.figures(options.cell_s, options.picture_s)
+            lines = headline.lines(measured)
     except SetupError as error:
         print(f"{parser.prog}: error: {error}", file=sys.stderr)
         return 2
     options.json.parent.mkdir(parents=True, exist_ok=True)
-    options.json.write_text(json.dumps(made, indent=1, allow_nan=False) + "\n")
+    options.json.write_text(json.dumps(measured, indent=1, allow_nan=False) + "\n")
     print("\n".join(lines))
     print(f"\nwrote {options.json}")
     return 0

@@ -311,6 +311,7 @@ private:
                           ps = out.v * (a_out * sin) / (out.p * in.s) * (out.passed_p * in.passed_s),
                           pp = (out.v * in.v * cos - Complex(sigma * out.e * in.e * k_k0)) * (-sigma) / (out.p * in.p) *
                                (out.passed_p * in.passed_p);
+            // The same complex number at all wavelengths of the spectrum.
             auto wide = [](const Complex &z) {
                 return dr::Complex<UnpolarizedSpectrum>(UnpolarizedSpectrum(dr::real(z)),
                                                         UnpolarizedSpectrum(dr::imag(z)));
@@ -333,11 +334,12 @@ private:
         if constexpr (is_polarized_v<Spectrum>) {
             const dr::Complex<UnpolarizedSpectrum> index(UnpolarizedSpectrum(m_eta), UnpolarizedSpectrum(0.f));
             const Spectrum matrix = mitsuba::mueller::specular_reflection(UnpolarizedSpectrum(cos), index);
-            const Float squared   = dr::square(from.x()) + dr::square(from.y());
-            const Vector3f s      = dr::select(squared > TANGENT_MIN * TANGENT_MIN,
-                                               Vector3f(-from.y(), from.x(), 0.f) *
-                                                   dr::rsqrt(dr::maximum(squared, TANGENT_MIN * TANGENT_MIN)),
-                                               Vector3f(0.f, 1.f, 0.f));
+            // Axis of the s states, z × `from`; y where `from` is along the normal.
+            const Float squared = dr::square(from.x()) + dr::square(from.y());
+            const Vector3f s    = dr::select(squared > TANGENT_MIN * TANGENT_MIN,
+                                             Vector3f(-from.y(), from.x(), 0.f) *
+                                                 dr::rsqrt(dr::maximum(squared, TANGENT_MIN * TANGENT_MIN)),
+                                             Vector3f(0.f, 1.f, 0.f));
             return Interface<Float, Spectrum>::in_stokes_bases(matrix, from, s, to, s);
         } else {
             return Spectrum(std::get<0>(mitsuba::fresnel(cos, Float(m_eta))));

@@ -3,7 +3,7 @@
 //! | result | function | shared in this process |
 //! | --- | --- | --- |
 //! | heights | [`SurfaceConfig::height_field`], [`SurfaceConfig::raw_height_field`] | no |
-//! | bare scalar surface at wavelengths | [`SurfaceConfig::build`] | no |
+//! | scalar surface at wavelengths, without cover or transmission | [`SurfaceConfig::build`] | no |
 //! | scalar surface at wavelengths | [`SurfaceConfig::build_shared`] | yes |
 //! | scalar surface in linear sRGB | [`SurfaceConfig::build_shared_colours`] | yes |
 //! | grating at wavelengths | [`SurfaceConfig::build_shared_grating`] | yes |
@@ -141,12 +141,17 @@ impl SurfaceConfig {
 
     /// The configuration's index relative to that of the cover; `None` for a surface that reflects everything.
     pub fn index_inside(&self) -> Option<ComplexIndex> {
-        self.index().map(|index| index.relative_to(self.cover_eta.unwrap_or(1.0)))
+        self.index().map(|index| index.relative_to(self.eta_above()))
+    }
+
+    /// Refractive index of the medium above the relief: the cover, or air.
+    fn eta_above(&self) -> f64 {
+        self.cover_eta.unwrap_or(1.0)
     }
 
     /// An index relative to that of the cover.
     fn relative(&self, index: Option<&SpectralIndex>) -> Option<SpectralIndex> {
-        index.map(|index| index.relative_to(self.cover_eta.unwrap_or(1.0)))
+        index.map(|index| index.relative_to(self.eta_above()))
     }
 
     /// The relief with `scale` and `depth` applied.
@@ -176,8 +181,8 @@ impl SurfaceConfig {
             index: self.relative(index.filter(|_| obliquity == Obliquity::SmallSlope)),
             conserve_energy: self.conserve_energy(),
             shadowing: self.shadowing,
-            // The cover reflects light totally beyond this direction cosine.
-            reach: 1.0 / self.cover_eta.unwrap_or(1.0),
+            // Beyond this sine of the angle with the normal, light inside the cover is totally reflected at its top.
+            reach: 1.0 / self.eta_above(),
             sizes: self.sizes,
             body: self.body(),
             tolerance: self.tolerance,
@@ -248,7 +253,7 @@ impl SurfaceConfig {
     /// # Errors
     /// The errors of [`SurfaceConfig::profile`].
     pub fn profile_inside(&self) -> Result<Profile, BuildError> {
-        self.magnified_profile(self.cover_eta.unwrap_or(1.0))
+        self.magnified_profile(self.eta_above())
     }
 
     /// The profile, magnified by `factor`.
@@ -289,7 +294,8 @@ impl SurfaceConfig {
     fn grating_body<'a>(&self, index: Option<&'a SpectralIndex>) -> GratingBody<'a> {
         match self.body() {
             None => GratingBody::Reflector(index),
-            // An interface of index 1 has no cells of total reflection; both sides are air, as at a film.
+            // Index 1 has no total reflection, which the tables of `Interface` need. Light below is in air, as below a
+            // film.
             Some(body) if body.is_film || body.eta == 1.0 => GratingBody::Film(body.eta),
             Some(body) => GratingBody::Interface(body.eta),
         }
@@ -297,7 +303,7 @@ impl SurfaceConfig {
 
     /// Coherence length in µm that belongs to [`SurfaceConfig::profile_inside`], magnified like it.
     pub fn grating_coherence_um(&self) -> f64 {
-        self.coherence_length * self.cover_eta.unwrap_or(1.0)
+        self.coherence_length * self.eta_above()
     }
 
     /// [`SurfaceConfig::build_shared_grating`] in linear sRGB.
@@ -382,7 +388,7 @@ impl SurfaceConfig {
                 Ok((BuiltSurface::scalar(surface, self.index_inside(), self.cover()), origin))
             }
             Theory::Rigorous => {
-                let factor = self.cover_eta.unwrap_or(1.0);
+                let factor = self.eta_above();
                 let profile = profile_of(&field.resized(factor, factor), self.tolerance)?;
                 self.build_profile(&profile, cache, &Progress::none())
             }

@@ -37,6 +37,8 @@ pub use relief_source::ReliefSource;
 pub use theory::Theory;
 pub use transmission::BODY_ETA;
 
+pub use crate::scattering::RELATIVE_SIZE;
+
 use crate::height_field::{Fill, Level, Preset};
 use crate::scattering::{ComplexIndex, Cover, Options, SizeRange, Transmission};
 use crate::table::{Model, Tiling};
@@ -52,7 +54,6 @@ pub const K: RangeInclusive<f64> = 0.0..=1e3;
 
 /// Accepted indices of a cover. The range includes diamond (2.4) and titania (2.6).
 pub const COVER_ETA: RangeInclusive<f64> = 1.0..=2.6;
-pub use crate::scattering::RELATIVE_SIZE;
 
 /// The source of the heights: a preset or a file.
 ///

@@ -67,6 +67,7 @@ impl ExactGrating {
         if offset_y.abs() >= REACH {
             return Ok(0.0);
         }
+        // Cosine along the grooves, −ky/k, common to the incident wave and the order once both directions are moved.
         let y = 0.5 * (wi[1] - wo[1]);
         let t = periods * ((1.0 - y) * (1.0 + y)).sqrt();
         check_size(&self.profile, &medium_at(self.index.as_ref(), wavelength_nm)?, wavelength_nm, y.abs())?;
@@ -108,6 +109,7 @@ impl ExactGrating {
         if offset_y.abs() >= REACH {
             return Ok(0.0);
         }
+        // −ky/k, as in `eval`.
         let y = 0.5 * (ki[1] - ko[1]);
         // Bounds of |a| and |a + m| for waves that propagate in the media of wi and wo.
         let bounds = indices.map(|index| periods * (index * index - y * y).max(0.0).sqrt());
@@ -131,8 +133,8 @@ impl ExactGrating {
         Ok(sum * scale)
     }
 
-    /// Unpolarised efficiency of light between two channels (orders on a side of the relief), `[to, from]`, at tm of
-    /// the medium and b = `a`. At a film, light below has passed the flat side.
+    /// Unpolarised efficiency of light between two channels (orders on a side of the relief), `[to, from]`, for the
+    /// incident wave with these `tm` and `a`. At a film, light below has passed the flat side.
     ///
     /// # Errors
     /// The errors of [`ExactGrating::efficiency`].
@@ -165,14 +167,14 @@ impl ExactGrating {
     }
 
     /// The efficiency on the first mesh whose power balance holds to [`CHECK_TOLERANCE`]; `solve` returns it with the
-    /// error of the balance.
+    /// error of the balance. `t` (or tm) and `a` are for the error.
     ///
     /// # Errors
     /// The errors of [`ExactGrating::efficiency`].
     fn on_first_balanced(
         &self,
         t: f64,
-        b: f64,
+        a: f64,
         nm: f64,
         solve: impl Fn(&Discretisation) -> Result<(f64, f64), sunbeam_rigorous::Error>,
     ) -> Result<f64, GratingError> {
@@ -189,6 +191,6 @@ impl ExactGrating {
             }
             resolution.nodes *= 2;
         }
-        Err(GratingError::Unbalanced { t, b, wavelength_nm: nm, nodes, balance })
+        Err(GratingError::Unbalanced { t, b: a, wavelength_nm: nm, nodes, balance })
     }
 }

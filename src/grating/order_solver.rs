@@ -5,8 +5,9 @@ use super::jones_shape::JonesShape;
 
 /// A solver of one grating at any incidence and wavelength. Tests replace it by closed forms.
 ///
-/// An incidence is given by t and b. t bounds the wave numbers along x of orders that propagate in air. b is the Bloch
-/// phase, the fractional part of these wave numbers. Both are in units of 2π/d, with the period d.
+/// An incidence is given by t and b. `t = (d/λ)·√(1 − y²)`, with the period d and the direction cosine y along the
+/// grooves, bounds the wave numbers along x of orders that propagate in air. b is the Bloch phase, the fractional part
+/// of these wave numbers. Both are in units of 2π/d.
 pub(super) trait OrderSolver: Sync {
     /// Unpolarised efficiencies between all orders that propagate at `t` and the Bloch phase `b`.
     ///

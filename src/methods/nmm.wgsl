@@ -4,10 +4,11 @@
 // along x and a list λ = |v|·Ly/n along y, for whole n. Here q = (u, v, w) = wi + wo, and (Lx, Ly) is the extent of the
 // tile in µm. With the spans |u|·Lx and |v|·Ly,
 //     rgb = Σ S(λ)·line_width·density(λ) / (sum of the spans),
-// where S is the power spectrum in µm² (orders.wgsl) and the density is that of colours.wgsl.
+// where S is the power spectrum in µm² (`order_density`) and density(λ) is `colour_density`. An axis without a list has
+// no span in the sum.
 
-// Wavelength in µm at which S is evaluated where both lists are left out and the answer is white, in the middle of the
-// visible range; as in nmm.rs (tested).
+// Wavelength in µm of the white answer near q.xy = 0, where neither axis has a list: the middle of the visible range. A
+// test compares the value with that in Rust.
 const WHITE_UM: f32 = 0.55;
 
 // Uniform of the method; counterpart of `NmmUniform` in nmm.rs.
@@ -30,9 +31,9 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     let span_um = abs(q.xy) * nmm.grid.extent_um;
     // Whether an axis has a list: orders other than 0 are stored, and the span reaches the first of them.
     let listed = (nmm.grid.reach > vec2<i32>()) & (span_um >= vec2<f32>(WAVELENGTH_MIN_UM));
-    let total = dot(select(vec2<f32>(), span_um, listed), vec2<f32>(1.0));
-    if total == 0.0 {
-        // A single wavelength belongs to part 0.
+    let span_sum_um = dot(select(vec2<f32>(), span_um, listed), vec2<f32>(1.0));
+    if span_sum_um == 0.0 {
+        // White; its single wavelength belongs to part 0.
         if answer_part != 0u {
             return vec3<f32>();
         }
@@ -50,5 +51,5 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
             }
         }
     }
-    return rgb / total;
+    return rgb / span_sum_um;
 }

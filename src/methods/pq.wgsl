@@ -3,8 +3,8 @@
 //
 // rgb = Σ_i S(q, λ_i)/λ_i² · weight_i over wavelengths in equal steps (colours.wgsl), with the power spectrum in µm²
 //     S = peak_um2·|c_j|²·D_P(d.x)²·D_Q(d.y)².
-// Here j is the order nearest to q's position among the orders, d the distance of that position from j, counted in
-// orders, c_j the amplitude (orders.wgsl), and D_P(d) = sin(πPd)/(P·sin(πd)).
+// Here (d.x, d.y) is the distance in orders from the nearest order j to q's position among the orders. c_j is the
+// amplitude of order j (orders.wgsl), peak_um2 the S of an order with |c_j| = 1, and D_P(d) = sin(πPd)/(P·sin(πd)).
 
 // Value of πPd below which D_P is computed by its Taylor series, to avoid 0/0. The first term left out is under 1e-9
 // there. A test compares the value with that in Rust.
@@ -41,6 +41,7 @@ fn pq_density(q: vec3<f32>, wavelength_um: f32) -> f32 {
     if any(abs(nearest) > vec2<f32>(pq.grid.reach)) {
         return 0.0;
     }
+    // Weights that order_amplitude reads.
     set_term_weights(pq.grid, q.z, wavelength_um);
     let c = order_amplitude(pq.grid, vec2<i32>(nearest));
     let distance = position - nearest;

@@ -1,5 +1,8 @@
-//! Table of `S(f; κ)` with one record per node in single precision, from which packed tables, samplers, albedos and
-//! colours are computed.
+//! Table of the power spectrum `S(f; κ)` with one record per node, in single precision. Packed tables, samplers,
+//! albedos and colours are computed from it.
+//!
+//! f is the spatial frequency in cycles/µm, κ the phase rate in rad/µm, and e_j the interpolation weight of node j at f
+//! ([module](super)).
 
 use super::lattice::{Lattice, LatticeAxis, TAPS_MAX};
 use super::node_curve::NodeCurve;
@@ -102,9 +105,9 @@ impl SpectralTable {
         starts.push(self.records.len());
         kept.iter()
             .zip(starts.windows(2))
-            .map(|(&index, ends)| {
+            .map(|(&index, span)| {
                 let (row, column) = (index / x.nodes(), index % x.nodes());
-                (column as i64 - x.reach as i64, row as i64 - y.reach as i64, &self.records[ends[0]..ends[1]])
+                (column as i64 - x.reach as i64, row as i64 - y.reach as i64, &self.records[span[0]..span[1]])
             })
             .collect()
     }
@@ -143,6 +146,7 @@ impl SpectralTable {
         }
         let (x, y) = (&self.lattice.x, &self.lattice.y);
         let (px, py) = (f[0] * x.period_um, f[1] * y.period_um);
+        // Weights of the columns that the look-up reads.
         let mut weights_x = [0.0; TAPS_MAX];
         for (ex, jx) in weights_x.iter_mut().zip(taps(x, px)) {
             *ex = x.kernel.weight(px - jx as f64);

@@ -87,9 +87,9 @@ impl<N: Numbers> TableView<N> {
             return value;
         }
         // S is zero beyond the frequencies that the pixels resolve.
-        let [x, y]: [N::Mask; 2] =
+        let [resolved_x, resolved_y]: [N::Mask; 2] =
             std::array::from_fn(|axis| position[axis].abs().le(N::Double::lit(layout.cutoff[axis])));
-        N::Real::select(x & y, value, lit(0.0))
+        N::Real::select(resolved_x & resolved_y, value, lit(0.0))
     }
 
     /// Weighted sum over the nodes that a look-up reads, with the components of [`TableView::node`].
@@ -105,6 +105,7 @@ impl<N: Numbers> TableView<N> {
         let [taps_x, taps_y] = self.layout.taps;
         // Nodes in a row of the lattice.
         let columns = int(2 * self.layout.reach[0] + 1);
+        // Weights of the columns. Numbers by value compute them once for all rows.
         let weight_x = N::tabulated(taps_x, |i| self.kernel_weight(0, first_x.distance - N::real(i), window));
         let add_node = |node: N::Index, weight: N::Real, [re, im]: [N::Real; 2]| {
             let [a, b] = self.node(curve, node, active);
@@ -151,8 +152,8 @@ impl<N: Numbers> TableView<N> {
             let first = first[axis].index;
             first.le(index) & index.lt(first + N::Index::lit(layout.taps[axis]))
         };
-        let order_zero = weight * curve.header_factors[0] * N::Real::lit(layout.zero);
-        N::Real::select(is_read_along(0) & is_read_along(1), order_zero, N::Real::lit(0.0))
+        let contribution = weight * curve.header_factors[0] * N::Real::lit(layout.zero);
+        N::Real::select(is_read_along(0) & is_read_along(1), contribution, N::Real::lit(0.0))
     }
 
     /// First node that a look-up at `position` (in nodes) reads along an axis; counterpart of

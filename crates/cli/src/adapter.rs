@@ -34,9 +34,11 @@ pub(crate) struct AdapterArgs {
 /// The JSON object that the command prints.
 #[derive(Serialize)]
 struct Report {
+    /// Name of the adapter.
     adapter: String,
     /// Graphics interface, for instance `vulkan`.
     backend: &'static str,
+    /// Whether it renders in software.
     software: bool,
     /// Name and version of the driver.
     driver: String,

@@ -2,7 +2,10 @@
 //!
 //! The unknown fields are computed at *coarse* nodes. Integrals of the lower medium use *fine* nodes, `oversampling`
 //! for each coarse node, because fields in a metal vary within the skin depth 1/Im(kn). `nodes.rs` defines nodes and
-//! their parameter τ, `lib.rs` the symbols t, b, κ and n.
+//! their parameter τ.
+//!
+//! κ and κm are the wave numbers in the plane across the grooves, in the air and in the lower medium of index n. With
+//! the period d, t = κd/2π and tm = κm·d/2π (`lib.rs`).
 //!
 //! Several constants are set by the power balance: with them,
 //! [`Amplitudes::balance_error`](crate::Amplitudes::balance_error) stays below 1e-3 on the gratings of the tests.

@@ -219,12 +219,13 @@ impl Nodes {
     }
 
     /// Correction of the diagonal of K at a node `target`, for the edge across its nearer corner; 0 for a smooth
-    /// profile.
+    /// profile. K is the double layer potential (`layers.rs`).
     ///
-    /// At short distances the kernel of K is `ν'·(r − r')/(2π|r − r'|²)`. For a target r next to a corner, the kernel
-    /// on the neighbouring edge varies over the target's distance from the corner, which no grading resolves. For a
-    /// constant field the integral is known: the angle that the edge subtends at the target, in turns, positive where
-    /// the edge is followed counter-clockwise about the target. The correction is this angle minus the quadrature.
+    /// At short distances the kernel of K from r' to r is `ν'·(r − r')/(2π|r − r'|²)`, with the normal ν' at r'. For a
+    /// target r next to a corner, the kernel on the neighbouring edge varies over the target's distance from the
+    /// corner, which no grading resolves. For a constant field the integral is known: the angle that the edge subtends
+    /// at the target, in turns, positive where the edge is followed counter-clockwise about the target. The correction
+    /// is this angle minus the quadrature.
     pub(crate) fn corner_defect(&self, target: usize) -> f64 {
         let Some(own) = self.on_edge.get(target) else { return 0.0 };
         // The neighbouring edge follows the target's edge if the corner is the end of the target's edge, else precedes

@@ -1,6 +1,7 @@
 //! Raises the nodes about cells in which the table lies below the divisor that it needs: the last step of a build.
 //!
-//! Symbols are those of [`build.rs`](super).
+//! Symbols are those of [`build.rs`](super): `t` is the divisor that a direction needs, and `b` a known lower bound of
+//! divisors. Nodes lie on the grid's corners, in groups of wavelengths with gaps between them.
 //!
 //! - The *deficit* of a cell is the largest amount by which `t` exceeds the table, linear between nodes, at the cell's
 //!   check points.
@@ -102,18 +103,18 @@ impl<const K: usize> Builder<'_, K> {
                 continue;
             }
             // Trilinear interpolation of the table.
-            let mut found = [0.0; K];
+            let mut interpolated = [0.0; K];
             for (corner, node) in corners.into_iter().enumerate() {
                 let fraction = |axis: usize| if corner >> axis & 1 == 0 { 1.0 - point[axis] } else { point[axis] };
                 let weight = fraction(0) * fraction(1) * fraction(2);
-                (0..K).for_each(|k| found[k] += weight * f64::from(table.values[node][k]));
+                (0..K).for_each(|k| interpolated[k] += weight * f64::from(table.values[node][k]));
             }
             let group_at = if self.groups > 1 { gap as f64 + point[2] } else { 0.0 };
             // Orders stay in place: only nodes stand for a box of incidences.
             let t = self.divisor(wi, group_at, &(self.group)(group_at), Some(b), None);
             let is_node = false;
             let needed = self.tabulated(t, is_node, wi, radius, grid);
-            deficit = std::array::from_fn(|k| deficit[k].max((needed[k] - found[k]) as f32));
+            deficit = std::array::from_fn(|k| deficit[k].max((needed[k] - interpolated[k]) as f32));
         }
         deficit
     }

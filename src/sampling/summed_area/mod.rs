@@ -299,7 +299,8 @@ mod tests {
             }
             for (i, found) in found.iter().enumerate() {
                 let node = [(i % NODES[0]) as u32, (i / NODES[0]) as u32];
-                let inside = node[0] / 4 <= 2 && node[1] / 4 >= 1;
+                // The rectangle consists of the blocks 0 to 2 along x and 1 to 2 along y.
+                let inside = node[0] / BLOCK as u32 <= 2 && node[1] / BLOCK as u32 >= 1;
                 let expected = if inside { to(view.node_counts(node, true)[band as usize]) / total } else { 0.0 };
                 let fraction = found / (STEPS * STEPS) as f64;
                 assert!((fraction - expected).abs() <= 2e-3, "{band} {node:?}: {fraction} {expected}");

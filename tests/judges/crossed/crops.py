@@ -28,6 +28,7 @@ class Crop:
     size: tuple[int, int]
 
 
+# Chosen places, three on each scan. Crops B and C of elaphe share ten rows.
 CROPS = (
     Crop("xenopeltis", "A", (10, 12), (29, 24)),
     Crop("xenopeltis", "B", (50, 60), (29, 24)),

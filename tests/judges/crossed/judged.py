@@ -1,4 +1,6 @@
-"""Computes the answers of the judge of skins: `python -m tests.judges.crossed.judged` writes `answers/` (cases.py).
+"""Runs the independent Maxwell solver of this folder on skins and stores its powers of orders in `answers/`.
+
+`python -m tests.judges.crossed.judged` writes the files; `cases.py` describes cases and answers.
 
 The files `skins.json` and `convergence.json` need the scans of both skins, and some minutes each.
 """
@@ -19,8 +21,8 @@ from .model import Light, misplaced
 from .relief import Relief, synthetic
 from .solver import Resolution, solve
 
-# Names of the files.
-WHAT = ("synthetic", "skins", "convergence")
+# Names of the files in `answers/`.
+FILES = ("synthetic", "skins", "convergence")
 # Resolution at which powers on the smooth synthetic relief have converged to their stored digits.
 SYNTHETIC = Resolution(cutoff_per_um=10.0, nodes=12)
 # Resolution of the answers on skins.
@@ -28,7 +30,7 @@ SKINS = Resolution(cutoff_per_um=8.0, nodes=10)
 # The finest resolution, and those compared with it: fewer harmonics, fewer nodes, and that of the answers.
 FINE = Resolution(cutoff_per_um=11.0, nodes=12)
 COARSER = (Resolution(6.0, 12), Resolution(8.0, 12), Resolution(9.5, 12), Resolution(11.0, 10), SKINS)
-# The light with the slowest convergence.
+# Light whose powers converge most slowly with the resolution.
 HARD = Light(450.0, 60.0, 90.0)
 
 
@@ -48,20 +50,24 @@ def relief_of(case: Case, scans: dict) -> Relief:
 def skins() -> dict[str, list[dict]]:
     """The answers of all cases by `Case.key`."""
     scans = {case.crop.skin: scanned(case.crop.skin) for case in BASE}
-    made = {}
+    answers = {}
     for case in [*BASE, *VARIED]:
         start = time.perf_counter()
-        made[case.key] = judged(relief_of(case, scans), case.eta, LIGHTS if case in BASE else FEWER_LIGHTS, SKINS)
+        answers[case.key] = judged(relief_of(case, scans), case.eta, LIGHTS if case in BASE else FEWER_LIGHTS, SKINS)
         print(f"{case.key}: {time.perf_counter() - start:.0f} s", flush=True)
-    return made
+    return answers
 
 
 def convergence() -> list[dict]:
-    """Power that COARSER misplace against FINE in the light HARD, on crop A of each skin, by smoothing."""
+    """Fractions of power that COARSER put in other orders than FINE (`misplaced`), in the light HARD.
+
+    Cases are crop A of each skin with the default or less smoothing, and the default height and index.
+    """
     rows = []
     for case in [*BASE, *VARIED]:
-        is_usual = (case.factor, case.eta) == (Case.factor, Case.eta)
-        if case.crop.name != "A" or case.smoothing > Case.smoothing or not is_usual:
+        # Attributes of the class are the defaults.
+        is_default = (case.factor, case.eta) == (Case.factor, Case.eta)
+        if case.crop.name != "A" or case.smoothing > Case.smoothing or not is_default:
             continue
         relief = relief_of(case, {case.crop.skin: scanned(case.crop.skin)})
 
@@ -79,7 +85,7 @@ def convergence() -> list[dict]:
 def main() -> None:
     """Writes the files that are named on the command line, by default all."""
     parser = argparse.ArgumentParser(prog="python -m tests.judges.crossed.judged", description=__doc__)
-    parser.add_argument("what", nargs="*", choices=WHAT, default=WHAT)
+    parser.add_argument("what", nargs="*", choices=FILES, default=FILES)
     what = parser.parse_args().what
     if "synthetic" in what:
         write("synthetic", {"synthetic": judged(synthetic(), KERATIN, SYNTHETIC_LIGHTS, SYNTHETIC)})

@@ -22,24 +22,24 @@ class Relief:
         # Harmonic n/2 of an even number n of samples stands for both signs, and is omitted.
         keep_x = np.abs(jx) <= (min(nx, old_x) - 1) // 2
         keep_y = np.abs(jy) <= (min(ny, old_y) - 1) // 2
-        finer = np.zeros((ny, nx), complex)
-        finer[np.ix_(jy[keep_y] % ny, jx[keep_x] % nx)] = spectrum[np.ix_(keep_y, keep_x)]
-        return Relief(np.fft.ifft2(finer).real * nx * ny, self.period)
+        resampled = np.zeros((ny, nx), complex)
+        resampled[np.ix_(jy[keep_y] % ny, jx[keep_x] % nx)] = spectrum[np.ix_(keep_y, keep_x)]
+        return Relief(np.fft.ifft2(resampled).real * nx * ny, self.period)
 
     def slopes(self) -> tuple[np.ndarray, np.ndarray]:
         """Slopes along x and y at the samples."""
         ny, nx = self.heights.shape
         spectrum = np.fft.fft2(self.heights)
-        found = []
+        slopes = []
         # Frequencies of the harmonics in cycles per µm.
         for frequency in (harmonics(nx)[None, :] / self.period[0], harmonics(ny)[:, None] / self.period[1]):
-            found.append(np.fft.ifft2(2j * np.pi * frequency * spectrum).real)
-        return found[0], found[1]
+            slopes.append(np.fft.ifft2(2j * np.pi * frequency * spectrum).real)
+        return slopes[0], slopes[1]
 
     def rms_slopes(self) -> tuple[float, float]:
         """Root mean square slopes of the polynomial along x and y."""
         ny, nx = self.heights.shape
-        # More samples than harmonics in the squares, whose means are then exact.
+        # The squares have twice the harmonics. With this many samples their means are exact.
         x, y = self.sampled(4 * nx + 1, 4 * ny + 1).slopes()
         return float(np.sqrt((x**2).mean())), float(np.sqrt((y**2).mean()))
 
@@ -55,7 +55,7 @@ def harmonics(count: int) -> np.ndarray:
 
 # Periods of the synthetic skin along x and y.
 SYNTHETIC_UM = (1.7, 1.9)
-# Cosine waves of the synthetic skin: harmonic jx and jy, amplitude in nm, phase in turns.
+# Cosine waves of the synthetic skin: harmonic jx and jy, amplitude in nm, phase in turns. Chosen.
 SYNTHETIC = (
     (1, 0, 26.0, 0.10),
     (0, 1, 48.0, 0.35),

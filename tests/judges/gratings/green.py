@@ -14,11 +14,15 @@ import numpy as np
 _BERNOULLI_EVEN = (1 / 6, -1 / 30, 1 / 42, -1 / 30, 5 / 66, -691 / 2730, 7 / 6, -3617 / 510, 43867 / 798, -174611 / 330)
 
 
+# Re μ from which `dilogarithm` sums powers of e^−μ, below it powers of μ. Chosen where both converge fast.
+_SWITCH = 2.5
+
+
 def dilogarithm(mu: np.ndarray) -> np.ndarray:
     """Li₂(e^−μ) for Re μ >= 0 and |Im μ| <= π, to 1e-6, and to 1e-8 for Re μ <= 1."""
     mu = np.asarray(mu, complex)
     result = np.empty_like(mu)
-    near = mu.real < 2.5
+    near = mu.real < _SWITCH
     small = mu[near]
     with np.errstate(divide="ignore", invalid="ignore"):
         log = np.where(small == 0, 0, np.log(small))
@@ -38,7 +42,7 @@ def dilogarithm(mu: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Lattice:
-    """The orders n = −count … count of a wave over a grating; `alpha` and `beta` are their α_n and β_n."""
+    """The orders n = −count … count of a wave over a grating, with the symbols of the module."""
 
     period: float
     k: float
@@ -120,7 +124,11 @@ class Lattice:
         return towards_x, up * first + down * np.conj(first)
 
     def self_term(self) -> complex:
-        """Limit of ∂G/∂x at the source without the source's own field, in 1/µm; the limit of ∂G/∂z is 0."""
+        """Limit of ∂G/∂x at the source without the source's own field, in 1/µm; the limit of ∂G/∂z is 0.
+
+        The asymptotes sign(n) of the terms are subtracted. Their sum i·cot(πx/d)·exp(iα_0 x) is id/(πx) − α_0 d/π up to
+        terms in x. Its first part is the source's own field.
+        """
         orders, alpha = self.orders, self.alpha
         gamma = -1j * self.beta
         total = np.sum(alpha / gamma - np.sign(orders))

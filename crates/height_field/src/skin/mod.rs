@@ -230,22 +230,23 @@ fn mix(a: f64, b: f64, fraction: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::PIXELS;
     use crate::{HeightField, Preset, Regions};
 
-    /// Largest step between neighbouring pixels along x and along y, each inside the tile and across its seam.
+    /// Largest step in µm between neighbouring pixels along x and along y: `(inside the tile, across its seam)`.
     fn steps(field: &HeightField) -> [(f64, f64); 2] {
         let h = field.heights_um();
-        let mut out = [(0.0_f64, 0.0_f64); 2];
+        let mut largest = [(0.0_f64, 0.0_f64); 2];
         for ((iy, ix), value) in h.indexed_iter() {
             for (axis, (jx, jy), at_seam) in
-                [(0, ((ix + 1) % 1024, iy), ix == 1023), (1, (ix, (iy + 1) % 1024), iy == 1023)]
+                [(0, ((ix + 1) % PIXELS, iy), ix == PIXELS - 1), (1, (ix, (iy + 1) % PIXELS), iy == PIXELS - 1)]
             {
                 let step = (h[[jy, jx]] - value).abs();
-                let slot = if at_seam { &mut out[axis].1 } else { &mut out[axis].0 };
+                let slot = if at_seam { &mut largest[axis].1 } else { &mut largest[axis].0 };
                 *slot = slot.max(step);
             }
         }
-        out
+        largest
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The visible part of one scale, over which mesh.rs lays a grid. lattice.rs defines root, flanks, tip, free edge and
-//! foot.
+//! foot. All scales form the *sheet*; scale (i, j) lies at i along it from the head and j around the body, both in half
+//! scales.
 //!
 //! The visible part is bounded by four curves: the scale's own two free edges towards the tail, and the feet of the two
 //! scales nearer to the head, under which the scale comes out. A Coons patch, the bilinearly blended surface of four
@@ -33,8 +34,8 @@ impl<'a> Patch<'a> {
             && (j < self.lattice.rows_around || x >= y)
     }
 
-    /// The point of the lattice at `x`, `y` in [0, 1]: the interpolations between both pairs of opposite edges, less
-    /// the bilinear interpolation of the corners.
+    /// The point `(i, j)` of the lattice, in half scales, at `x`, `y` in [0, 1]: the interpolations between both pairs
+    /// of opposite edges, less the bilinear interpolation of the corners.
     pub(super) fn point(&self, x: f64, y: f64) -> DVec2 {
         let root_left = |t| self.edge(Edge::RootLeft, t);
         let root_right = |t| self.edge(Edge::RootRight, t);

@@ -73,6 +73,7 @@ class Statistics(Want):
 
     @classmethod
     def read(cls, table: object, folder: Path) -> Statistics:
+        # Refuses every option.
         Options(cls.name, table, [])
         return cls()
 
