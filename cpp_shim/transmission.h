@@ -90,13 +90,13 @@ public:
         Spectrum weight       = (dr::select(is_sampled, dr::rcp(pdf), 0.f) * value) & is_sampled;
         if (enabled.mirror) {
             const Vector3f mirror                         = reflect(si.wi);
-            const bool radiance                           = ctx.mode == TransportMode::Radiance;
             dr::masked(bs.wo, pick_mirror)                = dr::detach(mirror);
             dr::masked(bs.eta, pick_mirror)               = 1.f;
             dr::masked(bs.pdf, pick_mirror)               = dr::select(active, prob_mirror, 0.f);
             dr::masked(bs.sampled_component, pick_mirror) = UInt32(MIRROR);
             dr::masked(bs.sampled_type, pick_mirror)      = UInt32(+BSDFFlags::DeltaReflection);
-            const Spectrum mirrored = mirror_matrix(radiance ? mirror : si.wi, radiance ? si.wi : mirror);
+            const auto [from, to]                         = along_light(ctx, si.wi, mirror);
+            const Spectrum mirrored                       = mirror_matrix(from, to);
             weight = dr::select(pick_mirror, (mirrored / prob_mirror) & (active && prob_mirror > 0.f), weight);
         }
         return { bs, weight };
@@ -144,6 +144,14 @@ private:
               rotation(Rotation<Float>::degrees(textures.rotation->eval_1(si, active))) {}
     };
 
+    /// Directions `{ from, to }` along the light's travel: from `wo` to `wi` in the radiance mode, else from `wi` to
+    /// `wo`.
+    static std::pair<Vector3f, Vector3f> along_light(const BSDFContext &ctx, const Vector3f &wi, const Vector3f &wo) {
+        if (ctx.mode == TransportMode::Radiance)
+            return { wo, wi };
+        return { wi, wo };
+    }
+
     /// Probability that `sample` picks the mirror. Where `wi` lies below it is the mirror's reflectance, or 1 if no
     /// other component is enabled; elsewhere 0.
     Float mirror_probability(const Float &cos_theta_i, const Enabled &enabled) const {
@@ -187,15 +195,16 @@ private:
                 power *= specular;
                 // The lobe has the power of light from wi to wo. In the radiance mode light travels from wo to wi:
                 // by reciprocity f(wo → wi) = f(wi → wo) ni²/no², with the index ni on the side of wi and no of wo.
-                const bool radiance = ctx.mode == TransportMode::Radiance;
-                if (radiance && !m_is_film)
+                if (ctx.mode == TransportMode::Radiance && !m_is_film)
                     power *=
                         dr::select(is_transmitted, dr::select(cos_theta_i > 0.f, 1.f / (m_eta * m_eta), m_eta * m_eta),
                                    Float(1.f));
-                if constexpr (is_polarized_v<Spectrum>)
-                    value = power * mueller(radiance ? wo : si.wi, radiance ? si.wi : wo);
-                else
+                if constexpr (is_polarized_v<Spectrum>) {
+                    const auto [from, to] = along_light(ctx, si.wi, wo);
+                    value                 = power * mueller(from, to);
+                } else {
                     value = power;
+                }
             }
         }
         pdf *= 1.f - mirror_probability(cos_theta_i, enabled);
@@ -209,8 +218,7 @@ private:
                             [[maybe_unused]] const BSDFContext &ctx, [[maybe_unused]] const SurfaceInteraction3f &si,
                             [[maybe_unused]] const Vector3f &wo, [[maybe_unused]] const Mask &active) const {
         if constexpr (is_polarized_v<Spectrum>) {
-            const bool radiance  = ctx.mode == TransportMode::Radiance;
-            const Vector3f &from = radiance ? wo : si.wi, &to = radiance ? si.wi : wo;
+            const auto [from, to] = along_light(ctx, si.wi, wo);
             const Spectrum matrix =
                 lobe.matrix(place.rotation.to_relief(from), place.rotation.to_relief(to), si.wavelengths, active);
             return Interface<Float, Spectrum>::in_stokes_bases(matrix, from, place.rotation.groove_axis(from), to,

@@ -32,8 +32,9 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 def rendered(variant: str) -> dict:
     """Compares frozen with plain renders at each of LENGTHS, the coherence lengths in µm.
 
-    `differing` is the largest fraction of pixels that differ between both. `between lengths` is the fraction that
-    differs between the first two lengths. `recordings` is how often Dr.Jit recorded the function.
+    The surface is CHANGED, whose coherence length the calls replace. `differing` is the largest fraction of pixels that
+    differ between both. `between lengths` is the fraction that differs between the first two lengths. `recordings` is
+    how often Dr.Jit recorded the function.
     """
     use(variant)
     scene = ball({"type": "diffraction", **CHANGED})

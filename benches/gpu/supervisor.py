@@ -57,6 +57,7 @@ def run_part(name: str, run: Run) -> dict:
     limit = min(PARTS[name].limit_s, left)
     with TemporaryDirectory() as temporary:
         folder = Path(temporary)
+        # The process appends a line of JSON for each check to `rows`.
         rows, log = folder / "rows", folder / "log"
         rows.touch()
         start = time.monotonic()

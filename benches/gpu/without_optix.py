@@ -20,24 +20,25 @@ from .parts import Check
 from .plan import Plan
 
 # Environment variable with the path of the OptiX library for Dr.Jit.
-VARIABLE = "DRJIT_LIBOPTIX_PATH"
+OPTIX_VARIABLE = "DRJIT_LIBOPTIX_PATH"
 # A path at which there is no library.
-NOWHERE = "/nonexistent/libnvoptix.so.1"
+MISSING_LIBRARY = "/nonexistent/libnvoptix.so.1"
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
     """The only check."""
-    yield plan.variant("rgb"), partial(without, plan.variant("rgb"))
+    yield plan.variant("rgb"), partial(run_without_optix, plan.variant("rgb"))
 
 
-def without(variant: str) -> dict:
+def run_without_optix(variant: str) -> dict:
     """Runs the process without OptiX; `passed` is whether the calls work, however the render ends.
 
     Returns `value`, the sum of the BSDF's values, and `render`, the result or the error message of the render.
     """
     child = [sys.executable, "-m", __name__, variant]
     # The supervisor limits the time of the part, and ends this process with it.
-    done = subprocess.run(child, env={**os.environ, VARIABLE: NOWHERE}, cwd=REPOSITORY, capture_output=True, text=True)
+    environment = {**os.environ, OPTIX_VARIABLE: MISSING_LIBRARY}
+    done = subprocess.run(child, env=environment, cwd=REPOSITORY, capture_output=True, text=True)
     steps = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
     found = {key: value for step in steps for key, value in step.items()}
     if "render" not in found:

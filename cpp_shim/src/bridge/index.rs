@@ -6,13 +6,13 @@
 //! | --- | --- | --- |
 //! | empty | one | a constant |
 //! | n, rising | n | samples with linear interpolation in between |
-//! | empty | empty | not given: the surface is a perfect reflector |
+//! | empty | empty | not given (a perfect reflector), or not known by wavelength (`known` is false) |
 
 use super::ffi;
 use sunbeam::scattering::{ComplexIndex, SpectralIndex, SpectralIndexError};
 use sunbeam::table::WAVELENGTH_MIN_NM;
 
-/// The complex index, or `None` for a perfect reflector.
+/// The complex index, or `None` where both lists are empty.
 ///
 /// An index that depends on the wavelength has samples at all wavelengths of eta and of k. A part without a sample at
 /// one of them is interpolated linearly.
