@@ -74,7 +74,7 @@ impl ExactGrating {
         let mut sum = 0.0;
         let (first, last) = (frequency_x - REACH * sigma, frequency_x + REACH * sigma);
         for m in first.ceil() as i32..=last.floor() as i32 {
-            // Both directions are moved by half of the distance to order m, so that the order leaves exactly: the wave
+            // Both directions are moved by half of the distance to order m, so that the order leaves exactly. The wave
             // numbers of incident and outgoing wave, a and a + m, then have the sum (wo.x − wi.x)·d/λ.
             let a = 0.5 * ((wo[0] - wi[0]) * periods - f64::from(m));
             if a.abs() < t && (a + f64::from(m)).abs() < t {

@@ -96,8 +96,8 @@ pub struct SurfaceArgs {
     /// Index of a flat clear layer over the relief, 1 to 2.6 [default: no layer]
     #[arg(long, value_name = "ETA", allow_negative_numbers = true)]
     cover_eta: Option<f64>,
-    /// Fate of the light that passes the relief of a dielectric: film leaves it through a flat side below, interface
-    /// lets it go on in the medium; needs --eta [default: none]
+    /// Fate of the light that passes the relief of a dielectric: film lets it leave through a flat side below,
+    /// interface lets it go on in the medium; needs --eta [default: none]
     #[arg(long, value_parser = names::<Transmission, _>(Transmission::ALL.map(Transmission::name)))]
     transmission: Option<Transmission>,
     /// Largest relative error of the tables [default: 1e-3]
