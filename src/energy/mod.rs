@@ -124,7 +124,8 @@ impl AlbedoTable {
         Some((built, report))
     }
 
-    /// Packets `[wavelength][y][x]` of the planes of an integral, whose wavelengths are those of `group`.
+    /// Packets `[wavelength][y][x]` of the planes of an integral. `group` gives the wavelength at a position among the
+    /// planes, from 0 to `planes − 1`.
     fn slab(
         integral: &AlbedoIntegral,
         AlbedoLayout { cells, planes, .. }: AlbedoLayout,

@@ -42,8 +42,8 @@ pub(super) fn solve_in_air(
 }
 
 /// Amplitudes at t (in the medium's cells tm), b and a wavelength in nm, on the first mesh whose power balance holds.
-/// `solve_after(doublings)` solves on the mesh after this number of doublings of its nodes. `largest_cosine` is that of
-/// this file's head.
+/// `solve_after(doublings)` solves on the mesh after this number of doublings of its nodes. `largest_cosine` is
+/// defined at the head of this file.
 ///
 /// # Errors
 /// [`GratingError::Unbalanced`] where no mesh suffices, and errors of `solve_after`.

@@ -29,7 +29,7 @@ pub(super) struct EfficiencyView<N: Numbers> {
 pub(super) struct Bounds<N: Numbers> {
     /// Bound over which the wave's cells are defined: t in the air, tm where light is totally reflected.
     of_cells: N::Double,
-    /// At an interface: whether `|ky| ≥ k`, so that light in the medium is totally reflected; and tm.
+    /// At an interface: whether light in the medium is totally reflected, since `|ky| ≥ k`, and tm. `None` elsewhere.
     at_interface: Option<(N::Mask, N::Double)>,
 }
 
@@ -42,10 +42,11 @@ pub(super) struct Node<N: Numbers> {
     pub number: N::Index,
 }
 
-/// Rows of one incident channel at the eight nodes around a position and wavelength.
+/// Row of one incident channel at the eight nodes around a position and wavelength. A node's row has an entry for each
+/// outgoing channel, then the sum of these entries ([`EfficiencyLayout`]).
 pub(super) struct Row<N: Numbers> {
-    /// Offsets of the row, in halves of words: `[shorter, longer wavelength][node]`, where bit 1 of the node selects
-    /// the upper p and bit 0 the upper q.
+    /// Offsets of the row at each node, in halves of words: `[shorter, longer wavelength][node]`, where bit 1 of the
+    /// node selects the upper p and bit 0 the upper q.
     offsets: [[N::Index; 4]; 2],
     /// Fractions of a step from the lower node: along p, q and wavelength.
     fractions: [N::Real; 3],
@@ -97,12 +98,12 @@ impl<N: Numbers> EfficiencyView<N> {
         std::array::from_fn(|bits| (nodes[bits], wavelength[bits >> 2] * p[bits >> 1 & 1] * q[bits & 1]))
     }
 
-    /// Rows of an incident channel, for a wavelength in nm. Their channels are the outgoing ones.
+    /// Row of the channel `incident`, for a wavelength in nm.
     #[inline(always)]
     pub(super) fn row(&self, channels: &Channels<N>, incident: N::Index, nm: N::Real, active: N::Mask) -> Row<N> {
         let one = N::Index::lit(1);
         let (nodes, fractions) = self.surrounding_nodes(channels, nm, active);
-        // In halves of words.
+        // Lengths in entries of half a word. A node has a row for each incident channel.
         let row_length = channels.count + one;
         let node_length = channels.count * row_length;
         let offset = |bits: usize| {
@@ -166,7 +167,7 @@ impl<N: Numbers> EfficiencyView<N> {
         }
     }
 
-    /// Sum of all efficiencies of the row: the entry after that of the last channel.
+    /// Sum of all efficiencies of the row: the entry after the last channel's.
     #[inline(always)]
     pub(super) fn row_total(&self, row: &Row<N>, channels: &Channels<N>, active: N::Mask) -> N::Real {
         self.entry(row, channels.count, active)
