@@ -28,10 +28,10 @@ const KNOWN_GAP_MIN: f64 = 0.25;
 const GAP_MIN: f64 = 10.0;
 /// Smallest fraction of the values at a level of the relief. A larger bound would remove narrow levels, such as thin
 /// ridges of a grating; a smaller one would keep common fractions of missing points.
-///
-/// Also the fraction of values left out at either end, where the gap of one of [`MISSING_NUMBERS`] is compared with the
-/// range of the others. They may contain a second number for missing points, which would enlarge the range.
 const LEVEL_MIN: f64 = 0.05;
+/// Fraction of the other values left out at either end, before their range is compared with the gap of one of
+/// [`MISSING_NUMBERS`]. The ends may contain a second number for missing points, which would enlarge the range.
+const IGNORED_ENDS: f64 = LEVEL_MIN;
 /// Smallest fraction of the values at the most frequent other number, if a number is to be a level beside it. Coarsely
 /// quantised measurements have equal heights, too, but spread over more than four values.
 const OTHER_LEVEL_MIN: f64 = 0.25;
@@ -96,7 +96,7 @@ fn split_highest(sorted: &[f64], total: usize) -> Option<Split<'_>> {
 fn is_isolated(value: f64, gap: f64, rest: &[f64]) -> bool {
     let range_of = |part: &[f64]| part.first().zip(part.last()).map_or(0.0, |(low, high)| high - low);
     let (range, gap_min) = if MISSING_NUMBERS.contains(&value) {
-        let ignored = (LEVEL_MIN * rest.len() as f64) as usize;
+        let ignored = (IGNORED_ENDS * rest.len() as f64) as usize;
         (range_of(&rest[ignored..rest.len() - ignored]), KNOWN_GAP_MIN)
     } else {
         (range_of(rest), GAP_MIN)

@@ -14,7 +14,7 @@
 //!             left flank (i, j − 1)
 //! ```
 //!
-//! The picture is seen from outside. *Left* and *right* are those of the snake itself: +v is on its right. Random
+//! The figure shows the skin from outside. *Left* and *right* are those of the snake itself: +v is on its right. Random
 //! numbers displace the tips, so that node (i, j) lies near, not at, the point (i, j).
 //!
 //! # Scale
