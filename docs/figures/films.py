@@ -102,7 +102,7 @@ def profile(scene: dict) -> tuple[np.ndarray, np.ndarray]:
     The picture reaches from 1 cm below the axis up to CAMERA_ABOVE_CM + 1 cm above the camera.
     """
     columns, rows = round(2 * HALF_SCREEN_CM / PIXEL_CM), round((2 * CAMERA_ABOVE_CM + 2) / PIXEL_CM)
-    # The camera sees the strip's whole width. It is 1 cm behind the film, which is at y = 0, and looks along +y.
+    # The camera sees the strip's whole width. It looks along +y from y = 1 cm; the film is at y = 0.
     distance, height = SCREEN_CM - 1, AXIS_CM + CAMERA_ABOVE_CM
     fov_deg = 2 * math.degrees(math.atan(HALF_SCREEN_CM / distance))
     view = View(columns, rows, origin_cm=(0, 1, height), target_cm=(0, 2, height), fov_deg=fov_deg)

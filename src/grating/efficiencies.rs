@@ -148,12 +148,14 @@ impl<N: Numbers> EfficiencyView<N> {
         let in_air = cell_among(position.cell + double(1.0), air_cells);
         let in_medium = cell_among(position.cell, cells - air_cells) + N::Index::lit(air_cells);
         let cell = N::Index::select(is_trapped, in_medium, in_air);
-        // The words after the offsets of all cells: further orders in the medium at either end of the range.
+        // The words after the offsets of all cells: `extra` of each cell ([`InterfaceCells`]).
         let first_extra = N::Index::lit(self.layout.wavelengths * cells);
         let [extra] = N::gather::<1>(self.words, first_extra + cell, active);
         let extra = N::widen(N::real(extra));
+        // Orders above the relief. There are as many below, and `extra` more at either end of their range.
         let orders = position.cell + double(1.0);
         let side_counts = [N::Double::select(is_trapped, double(0.0), orders), orders + extra * double(2.0)];
+        // The incident wave, m = 0, is number `incident` of the orders above.
         let first = -position.incident;
         Channels::new(&position, cell, side_counts, [first, first - extra], Some(BoundBelow { a, tm }))
     }

@@ -1,6 +1,6 @@
 //! Kinds and options of the methods, and the reasons why a method is refused. Sources are cited by author and year, and
-//! listed in docs/model.md#sources. κH is the largest phase of the relief about its middle height: κ = 2πw/λ is the
-//! phase rate, with `w = cosθi + cosθo` up to 2, and H half the range of heights.
+//! listed in docs/model.md#sources. κH is the largest phase of the relief about its middle height. The phase rate κ
+//! is 2πw/λ with `w = cosθi + cosθo ≤ 2`, and H is half the range of heights.
 
 use super::bessel::TERMS_MAX;
 use crate::colour::ColourError;

@@ -1,8 +1,8 @@
 //! Detection of missing points that a program wrote as a number, such as −9999.
 //!
 //! Such a number is the lowest or the highest value of the file and lies far from all other values. The criterion is
-//! the ratio gap/range: the gap is the distance from the number to the nearest other value, the range that of the other
-//! values (highest minus lowest).
+//! the ratio gap/range. The *gap* is the distance from the number to the nearest other value. The *range* is the
+//! highest minus the lowest of the other values.
 //!
 //! A *level* of a relief is a height that many points share exactly, such as the floor of a lamellar grating. A level
 //! may lie as far from the others as a number for missing points. It differs in two properties: it covers an area, and
@@ -115,8 +115,8 @@ fn is_level(same: &[f64], rest: &[f64], total: usize) -> bool {
     let others = || rest.chunk_by(|a, b| a == b);
     let largest_other = others().map(fraction).fold(0.0, f64::max);
     let is_full_scale_level = |equal: &[f64]| is_in(equal, &FULL_SCALE) && fraction(equal) >= LEVEL_MIN;
-    // A common number for missing points may be a level only if it is an end of full scale, and another end of full
-    // scale is as frequent as a level. Any other number may be one.
+    // A common number for missing points may be a level only if it is one end of full scale, and another end is a
+    // level, too. Any other number may be a level.
     let may_be_level =
         !is_in(same, &MISSING_NUMBERS) || (is_in(same, &FULL_SCALE) && others().any(is_full_scale_level));
     may_be_level && fraction(same) >= LEVEL_MIN && largest_other >= OTHER_LEVEL_MIN

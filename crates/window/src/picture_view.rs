@@ -1,4 +1,5 @@
-//! The picture with its mouse controls, the note on it, and the BRDF map in its corner.
+//! The picture with its mouse controls, the note on it, and the BRDF map in its corner. Sizes without a comment are in
+//! points and chosen by eye.
 
 use super::hemisphere::BrdfMap;
 use super::settings::Settings;

@@ -10,13 +10,16 @@ use crate::table::WAVELENGTH_MIN_NM;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+/// Period d of the orders in the closed form.
 const PERIOD_UM: f64 = 1.6;
+/// 17 nodes along either side of a cell, and wavelengths at steps of at most 47 nm, all of them solved.
 const TABLE_RESOLUTION: TableResolution =
     TableResolution { stored: 17, spacing: Some(Spacing { step_nm: 47.0, solved_every: 1 }), tolerance: 1e-3 };
 
 /// Orders with a closed form that has the properties of a grating's: reciprocity, roots at the horizon, and a
-/// dependence on the wavelength. It solves no grating. With two sides it is a film's.
+/// dependence on the wavelength. It solves no grating.
 struct ClosedForm {
+    /// 1 for light above the relief alone, 2 for a film.
     sides: usize,
 }
 
@@ -199,6 +202,7 @@ fn samples_follow_their_density() {
     let (surface, wi, nm) = (tabulated(20.0), direction(0.5, 0.4), 550.0);
     let sigma = surface.layout().sigma_per_um;
     // The density integrates to one; no order lies near the horizon, where samples would be lost.
+    // Divided by cosθo, a density over solid angle becomes one over direction cosines.
     let integral =
         over_orders(wi, nm, sigma, |wo| (surface.pdf(wi, wo, &[nm]) - UNIFORM_FRACTION * SQUARE_PDF) / wo[2]);
     assert!((integral - (1.0 - UNIFORM_FRACTION)).abs() < 2e-3, "{integral}");

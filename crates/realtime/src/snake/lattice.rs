@@ -263,8 +263,8 @@ impl Lattice {
         centre + (tip * t + flank * (1.0 - t)) * (level / gauge(t, 1.0 - t))
     }
 
-    /// The visible scale at a point of the sheet: among the scales within whose gauge 1 the point lies, the one nearest
-    /// to the head.
+    /// The visible scale at a point of the sheet: the scale nearest to the head in which the gauge of the point is at
+    /// most 1.
     ///
     /// Towards the root, the gauge 1 bounds an endless strip instead of the scale, but there the scales nearer to the
     /// head lie on top.
