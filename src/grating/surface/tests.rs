@@ -114,7 +114,7 @@ fn reflectance_is_reciprocal() {
 /// Efficiencies and reflectances at, just above and just below the horizon of an order.
 #[test]
 fn efficiencies_are_accurate_at_the_horizon() {
-    // Next to the horizon these efficiencies vary as the fourth root of `|a| − t`, the square root of the table's
+    // Next to the horizon these efficiencies vary as the fourth root of `t − |c|`, the square root of the table's
     // coordinate. Linear interpolation of √x between 0 and h errs by at most √h/4: by 1/16 with the step h = 1/16 of 17
     // nodes. Efficiencies are at most 0.3.
     const ABSOLUTE: f64 = 0.3 / 16.0;
