@@ -118,8 +118,8 @@
  *     diffraction.cpp    entry point
  *     diffraction.h      the BSDF class that Mitsuba calls
  *     optics.h           value, density and samples of one instance
- *     reflection.h       those of a surface that only reflects
- *     transmission.h     those of a body that transmits
+ *     reflection.h       value, density and samples of a surface that only reflects
+ *     transmission.h     value, density and samples of a body that transmits
  *     textures.h         textures of one instance
  *     lobe.h             the diffracted lobe, evaluated in Rust
  *     cover.h            a clear layer over the relief
@@ -128,7 +128,7 @@
  *     spectral_ends.h    eta and k beyond the ends of their spectra
  *     parameters.cpp     checks of Mitsuba's properties, and their conversion to the JSON that Rust reads
  *     buffers.h          tables in a backend's memory
- *     fingerprint.h      validity of frozen functions
+ *     fingerprint.h      whether a frozen function still fits the surface
  *     checks.cpp         compatibility with the running Mitsuba
  *     compat.h           differences between releases of Mitsuba
  *     jit.cpp            Dr.Jit's operations for Rust's tracing

@@ -115,8 +115,10 @@ public:
 
 private:
     /// Smallest squared sine of the angle between the directions for which their cross product gives the s axis.
+    /// Chosen: at smaller angles rounding in single precision turns the axis by more than about 0.01 rad.
     static constexpr float NORMAL_SQUARED_MIN = 1e-10f;
-    /// Smallest squared length of a tangential vector that has an azimuth.
+    /// Smallest squared length of a tangential vector that has an azimuth. Chosen: it only keeps the square, and its
+    /// reciprocal root, a normal number in single precision.
     static constexpr float TANGENT_SQUARED_MIN = 1e-24f;
     /// Smallest argument of a square root that is not a divisor: the root has no derivative at zero.
     static constexpr float ROOT_MIN = 1e-24f;

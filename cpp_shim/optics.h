@@ -172,7 +172,8 @@ private:
         });
     }
 
-    /// The index as the bridge takes it. Without an index it is unknown, because `eta` or `k` is a texture or a colour.
+    /// The index in the form that Rust takes. Without a value it is unknown, because `eta` or `k` is a texture or a
+    /// colour.
     static IndexSamples index_samples(const std::optional<IndexSpectrum> &index) {
         auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
             for (double value : from)

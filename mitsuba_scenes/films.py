@@ -229,9 +229,10 @@ def ridges() -> np.ndarray:
 
 
 def wing_cells(x: np.ndarray, y: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """The cell's number at points of the unit square, x along the wing, and how much farther in cm the next seed is.
+    """Numbers of Voronoi cells at points of the unit square, and distances in cm of the second less the nearest seed.
 
-    Cells are the Voronoi cells of one random seed in each square of a grid. The second result is 0 on their borders.
+    x runs along the wing. Each square of a grid of WING_CELLS has one random seed. The difference of the distances is 0
+    on the borders of cells.
     """
     squares = np.stack(np.meshgrid(*map(np.arange, WING_CELLS)), -1).reshape(-1, 2)
     seeds = (squares + rng.uniform(0.1, 0.9, squares.shape)) / WING_CELLS
@@ -248,7 +249,7 @@ def wing_scene(view: View = WING_VIEW, spp: int = 36) -> dict:
     # Centres of the texels, 100 per cm, scaled to the unit square. x runs along the wing, y across it.
     y, x = np.mgrid[: round(100 * height), : round(100 * width)] + 0.5
     x, y = x / x.shape[1], y / x.shape[0]
-    # Outline: y of the upper and of the lower edge.
+    # Outline: y of the upper and of the lower edge at x.
     upper, lower = 0.62 + 0.33 * np.sqrt(x - x**9), 0.62 - 0.6 * x**0.7 * np.sqrt(1 - x**4)
     rng = np.random.default_rng(5)
     cell, excess_cm = wing_cells(x, y, rng)

@@ -48,7 +48,7 @@ EIGHT = (
 # already.
 LENGTHS = (10.0, 6.0, 20.0, 10.0)
 # Number of calls of a frozen function: the first two may record, the others replay.
-REPLAYS = 4
+FROZEN_CALLS = 4
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
@@ -91,7 +91,7 @@ def eight(variant: str) -> dict:
     use(variant)
     bsdfs, asked = [load(parameters) for parameters in EIGHT], drawn(np.random.default_rng(17), COUNT)
     alone = [numbers(answers(bsdf, asked)) for bsdf in bsdfs]
-    # Index of the BSDF that answers each question, in turn.
+    # Index of the BSDF that answers each question: one BSDF after the other.
     which = np.arange(COUNT) % len(bsdfs)
     chosen, pointers = mi.UInt32(which), mi.BSDFPtr(bsdfs[0])
     for i, bsdf in enumerate(bsdfs):
@@ -137,7 +137,7 @@ def frozen(variant: str) -> dict:
         return [*bsdf.eval_pdf(ctx, si, wo), sample.wo, weight]
 
     errors = []
-    for seed in range(REPLAYS):
+    for seed in range(FROZEN_CALLS):
         asked = drawn(np.random.default_rng(seed), COUNT)
         si, wo, u = interactions(asked), mi.Vector3f(asked.wo), mi.Vector3f(asked.u)
         # Evaluated here rather than by the frozen function.

@@ -20,10 +20,10 @@ from .plan import Plan
 
 # Largest accepted median of CIEDE2000 over the surface's pixels: a tenth of a just noticeable difference, which is
 # about 1. Rounding in single precision stays below it.
-MEDIAN = 0.1
-# Largest accepted 99th percentile of CIEDE2000, a just noticeable difference. It is larger than MEDIAN, because at
+MEDIAN_MAX = 0.1
+# Largest accepted 99th percentile of CIEDE2000, a just noticeable difference. It is larger than MEDIAN_MAX, because at
 # silhouettes a pixel's centre may fall on another triangle.
-P99 = 1.0
+P99_MAX = 1.0
 # Rotation of the relief in degrees for the negative control, a comparison that must fail.
 WRONG_TURN = 1.0
 # Direction of the light of the maps, in degrees.
@@ -76,11 +76,12 @@ def draw(plan: Plan, path: Path, method: str, adapter: str, rotation: float = 0.
 def judged(reference: Path, path: Path) -> dict:
     """Compares the EXR `path` with `reference` over the pixels that are not black in the reference.
 
-    Returns the statistics `delta_e` of CIEDE2000 and the number of these `pixels`; `passed` applies MEDIAN and P99.
+    Returns the statistics `delta_e` of CIEDE2000 and the number of these `pixels`; `passed` applies MEDIAN_MAX and
+    P99_MAX.
     """
     found = json.loads(sunbeam("compare", reference, path, "--mask", reference))
     delta_e = found["delta_e_2000"]
-    passed = found["pixels"] > 0 and delta_e["median"] <= MEDIAN and delta_e["p99"] <= P99
+    passed = found["pixels"] > 0 and delta_e["median"] <= MEDIAN_MAX and delta_e["p99"] <= P99_MAX
     return {"passed": passed, "delta_e": delta_e, "pixels": found["pixels"]}
 
 

@@ -75,16 +75,15 @@ TO_AND_FRO = (
 class Compared:
     """Powers of one setting's orders by the theories and by the judge; arrays are (orders,).
 
-    The judge's powers in the cover become powers in air by the transmittances of the flat side. `by_means` takes
-    their means over s and p, like the model (docs/model.md). `by_states` takes those of each state from end to end.
+    The judge's powers in the cover become powers in air by the transmittances of the flat side.
     """
 
     answer: Judged
     scalar: np.ndarray
     exact: np.ndarray
-    #: The judge's powers with mean transmittances.
+    #: The judge's powers with transmittances that are means over s and p, as in the model (docs/model.md).
     by_means: np.ndarray
-    #: The judge's powers with each state's transmittances.
+    #: The judge's powers with each state's own transmittances.
     by_states: np.ndarray
     #: Misplaced power of SCALAR under the cover, against `by_means`.
     covered: float
@@ -272,8 +271,8 @@ def to_and_fro(grating: Grating, light: Light) -> tuple[float, float]:
     # λ/d and sin θi.
     ratio, sine = light.wavelength_nm * 1e-3 / grating.period, np.sin(np.radians(light.theta_i_deg))
     # |q| < n bounds |j| by (n + sin θi) d/λ, and sin θi ≤ 1.
-    most = int((POLYCARBONATE + 1) / ratio) + 1
-    orders = np.arange(-most, most + 1)
+    largest_order = int((POLYCARBONATE + 1) / ratio) + 1
+    orders = np.arange(-largest_order, largest_order + 1)
     orders = orders[np.abs(orders * ratio - sine) < POLYCARBONATE]
     q = orders * ratio - sine
     reflectance = reflectances_inside(grating, light.wavelength_nm, orders, q)
@@ -286,10 +285,10 @@ def to_and_fro(grating: Grating, light: Light) -> tuple[float, float]:
     mirror = int(np.flatnonzero(orders == 0)[0])
     once, later = 0.0, 0.0
     for state in range(2):
-        first = arriving[state] * reflectance[state][:, mirror]
-        every = np.linalg.solve(np.eye(len(orders)) - reflectance[state] * (1 - transmittance[state]), first)
-        once += 0.5 * float(transmittance[state] @ first)
-        later += 0.5 * float(transmittance[state] @ (every - first))
+        a = arriving[state] * reflectance[state][:, mirror]
+        b = np.linalg.solve(np.eye(len(orders)) - reflectance[state] * (1 - transmittance[state]), a)
+        once += 0.5 * float(transmittance[state] @ a)
+        later += 0.5 * float(transmittance[state] @ (b - a))
     return once, later
 
 

@@ -102,9 +102,10 @@ def profile(scene: dict) -> tuple[np.ndarray, np.ndarray]:
     The picture reaches from 1 cm below the axis up to CAMERA_ABOVE_CM + 1 cm above the camera.
     """
     columns, rows = round(2 * HALF_SCREEN_CM / PIXEL_CM), round((2 * CAMERA_ABOVE_CM + 2) / PIXEL_CM)
-    # The camera sees the strip's whole width. It is 1 cm behind the film, which is at y = 0, and looks along +y.
+    # The camera sees the strip's whole width. It looks along +y from y = 1 cm; the film is at y = 0.
     distance, height = SCREEN_CM - 1, AXIS_CM + CAMERA_ABOVE_CM
-    view = View(columns, rows, (0, 1, height), (0, 2, height), 2 * math.degrees(math.atan(HALF_SCREEN_CM / distance)))
+    fov_deg = 2 * math.degrees(math.atan(HALF_SCREEN_CM / distance))
+    view = View(columns, rows, origin_cm=(0, 1, height), target_cm=(0, 2, height), fov_deg=fov_deg)
     # The scene's sampler and reconstruction filter stay.
     sensor = {**scene["sensor"], **{key: view.sensor(MEASURED_SPP)[key] for key in ("fov", "to_world")}}
     sensor["film"] = {**sensor["film"], "width": columns, "height": rows}
@@ -210,6 +211,7 @@ def figures() -> dict:
     for name, (make, view, spp) in PICTURES.items():
         # The times of rendering are not reported.
         pixels, _ = render_scene(make(replace(view, width=SIZE[0], height=SIZE[1])), spp)
+        # A black picture, or one with values that are not finite, is an error.
         check(pixels, name)
         # An exposure of 0 stops leaves the radiance as it is.
         Image.fromarray(tone_mapped(pixels, 0.0)).save(images(PART) / f"{name}.jpg", quality=90)

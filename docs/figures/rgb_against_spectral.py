@@ -50,13 +50,13 @@ def figures(budget_s: float = BUDGET_S) -> list[dict]:
     rows = []
     for scene in scenes():
         for name, optics in OPTICS.items():
-            changed = scene.with_materials({"scan": surface}, optics)
+            with_medium = scene.with_materials({"scan": surface}, optics)
 
             # The default binds the scene of this pass of the loop.
-            def loaded(changed: BenchmarkScene = changed) -> mi.Scene:
+            def make_scene(changed: BenchmarkScene = with_medium) -> mi.Scene:
                 return changed.load(mi.load_dict(changed.diffraction(surface)), SIZE)
 
-            rows.append({"scene": scene.name, "material": name, **colour_difference(loaded, budget_s)})
+            rows.append({"scene": scene.name, "material": name, **colour_difference(make_scene, budget_s)})
     return rows
 
 

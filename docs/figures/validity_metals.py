@@ -29,8 +29,8 @@ from tests.judges.gratings.theories import (
     FRESNEL,
     SCALAR,
     fresnel,
+    medium_arguments,
     mueller_errors,
-    optics,
     orders,
     powers,
     tabulated,
@@ -189,7 +189,7 @@ def truth(grating: Grating, metal: str, light: Light) -> np.ndarray:
     # A negative angle is light from −x.
     theta_deg, phi_deg = abs(light.theta_i_deg), 0.0 if light.theta_i_deg >= 0 else 180.0
     setting = Setting(metal, grating.preset, grating.period, grating.height, light.wavelength_nm, theta_deg, phi_deg)
-    by_order = orders(setting, "--theory", "rigorous", *optics(setting))
+    by_order = orders(setting, "--theory", "rigorous", *medium_arguments(setting))
     return np.array([by_order[order]["mean"] for order in propagating(grating.period, light)[0].tolist()])
 
 

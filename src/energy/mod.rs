@@ -25,10 +25,10 @@
 //! 3. Nodes of the table get t with the values of step 2 as b, and a margin.
 //! 4. Where the table lies below t in the centre of a cell, the cell's corners are raised.
 //!
-//! Where an order passes the horizon, t has a ridge narrower than a cell. In step 3 a node therefore gets the largest
-//! of several t: with the orders in place, and with the orders moved onto a ridge that crosses the node's *box*, the
-//! incidences and wavelengths that the node stands for ([`node_gaussian::Ridge`]). Between nodes an albedo of 1.01 may
-//! remain (docs/tables.md#energy).
+//! Where an order passes the horizon, t has a ridge narrower than a cell. A node stands for the incidences and
+//! wavelengths around it, its *box*. In step 3 it therefore gets the largest of several t: with the orders in place,
+//! and with the orders moved onto a ridge that crosses the box ([`node_gaussian::Ridge`]). Between nodes an albedo of
+//! 1.01 may remain (docs/tables.md#energy).
 
 mod build;
 mod colour;
@@ -77,8 +77,8 @@ pub struct AlbedoLayout {
 
 /// Table of the divisor A over directions and wavelengths; see the [module](self).
 ///
-/// A node holds `(A − 1)·cos²θ`. It is zero where nothing is divided, and finite at the horizon, where A has a pole in
-/// cosθ: of the first order for narrow orders, of the second for orders wider than cosθ.
+/// A node holds `(A − 1)·cos²θ`, or zero where A is below 1 and nothing is divided. It is finite at the horizon,
+/// where A has a pole in cosθ: of the first order for narrow orders, of the second for orders wider than cosθ.
 ///
 /// Words are arranged `[side][slab][wavelength][y][x]`. A table of a transparent body has the side of air and the side
 /// of the medium ([`AlbedoTable::build_of_body`]); others have one. There is one slab unless the relief has several
@@ -124,7 +124,8 @@ impl AlbedoTable {
         Some((built, report))
     }
 
-    /// Packets `[wavelength][y][x]` of the planes of an integral, whose wavelengths are those of `group`.
+    /// Packets `[wavelength][y][x]` of the planes of an integral. `group` gives the wavelength at a position among the
+    /// planes, from 0 to `planes − 1`.
     fn slab(
         integral: &AlbedoIntegral,
         AlbedoLayout { cells, planes, .. }: AlbedoLayout,

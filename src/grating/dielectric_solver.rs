@@ -8,8 +8,8 @@
 //! The solver states the violation relative to the power of a wave. Light at a cosine c of incidence carries the
 //! fraction c of the power that would fall on the surface at normal incidence. The violation is therefore multiplied by
 //! the *largest cosine* of any incidence with the given t, `√(1 − y²) = tλ/d`, where y is the direction cosine along
-//! the grooves. In a medium of index n it is `tm·λ/(n·d)`. The bound on the product is thus one on power in units of
-//! that at normal incidence.
+//! the grooves. In a medium of index n it is `tm·λ/(n·d)`. The bound [`BALANCE`] on the product therefore limits a
+//! power, in units of the power at normal incidence.
 //!
 //! At wavelengths above d/t, where `tλ/d` exceeds 1, ky is imaginary. Such a solution is the analytic continuation that
 //! interpolation between wavelengths needs (`order_solver.rs`). It does not conserve power, so it is not checked.
@@ -42,8 +42,8 @@ pub(super) fn solve_in_air(
 }
 
 /// Amplitudes at t (in the medium's cells tm), b and a wavelength in nm, on the first mesh whose power balance holds.
-/// `solve_after(doublings)` solves on the mesh after this number of doublings of its nodes. `largest_cosine` is that of
-/// this file's head.
+/// `solve_after(doublings)` solves on the mesh after this number of doublings of its nodes. `largest_cosine` is
+/// defined at the head of this file.
 ///
 /// # Errors
 /// [`GratingError::Unbalanced`] where no mesh suffices, and errors of `solve_after`.

@@ -29,7 +29,7 @@ pub(super) struct EfficiencyView<N: Numbers> {
 pub(super) struct Bounds<N: Numbers> {
     /// Bound over which the wave's cells are defined: t in the air, tm where light is totally reflected.
     of_cells: N::Double,
-    /// At an interface: whether `|ky| ≥ k`, so that light in the medium is totally reflected; and tm.
+    /// At an interface: whether light in the medium is totally reflected, since `|ky| ≥ k`, and tm. `None` elsewhere.
     at_interface: Option<(N::Mask, N::Double)>,
 }
 
@@ -42,10 +42,11 @@ pub(super) struct Node<N: Numbers> {
     pub number: N::Index,
 }
 
-/// Rows of one incident channel at the eight nodes around a position and wavelength.
+/// Row of one incident channel at the eight nodes around a position and wavelength. A node's row has an entry for each
+/// outgoing channel, then the sum of these entries ([`EfficiencyLayout`]).
 pub(super) struct Row<N: Numbers> {
-    /// Offsets of the row, in halves of words: `[shorter, longer wavelength][node]`, where bit 1 of the node selects
-    /// the upper p and bit 0 the upper q.
+    /// Offsets of the row at each node, in halves of words: `[shorter, longer wavelength][node]`, where bit 1 of the
+    /// node selects the upper p and bit 0 the upper q.
     offsets: [[N::Index; 4]; 2],
     /// Fractions of a step from the lower node: along p, q and wavelength.
     fractions: [N::Real; 3],
@@ -97,12 +98,12 @@ impl<N: Numbers> EfficiencyView<N> {
         std::array::from_fn(|bits| (nodes[bits], wavelength[bits >> 2] * p[bits >> 1 & 1] * q[bits & 1]))
     }
 
-    /// Rows of an incident channel, for a wavelength in nm. Their channels are the outgoing ones.
+    /// Row of the channel `incident`, for a wavelength in nm.
     #[inline(always)]
     pub(super) fn row(&self, channels: &Channels<N>, incident: N::Index, nm: N::Real, active: N::Mask) -> Row<N> {
         let one = N::Index::lit(1);
         let (nodes, fractions) = self.surrounding_nodes(channels, nm, active);
-        // In halves of words.
+        // Lengths in entries of half a word. A node has a row for each incident channel.
         let row_length = channels.count + one;
         let node_length = channels.count * row_length;
         let offset = |bits: usize| {
@@ -147,12 +148,14 @@ impl<N: Numbers> EfficiencyView<N> {
         let in_air = cell_among(position.cell + double(1.0), air_cells);
         let in_medium = cell_among(position.cell, cells - air_cells) + N::Index::lit(air_cells);
         let cell = N::Index::select(is_trapped, in_medium, in_air);
-        // The words after the offsets of all cells: further orders in the medium at either end of the range.
+        // The words after the offsets of all cells: `extra` of each cell ([`InterfaceCells`]).
         let first_extra = N::Index::lit(self.layout.wavelengths * cells);
         let [extra] = N::gather::<1>(self.words, first_extra + cell, active);
         let extra = N::widen(N::real(extra));
+        // Orders above the relief. There are as many below, and `extra` more at either end of their range.
         let orders = position.cell + double(1.0);
         let side_counts = [N::Double::select(is_trapped, double(0.0), orders), orders + extra * double(2.0)];
+        // The incident wave, m = 0, is number `incident` of the orders above.
         let first = -position.incident;
         Channels::new(&position, cell, side_counts, [first, first - extra], Some(BoundBelow { a, tm }))
     }
@@ -166,7 +169,7 @@ impl<N: Numbers> EfficiencyView<N> {
         }
     }
 
-    /// Sum of all efficiencies of the row: the entry after that of the last channel.
+    /// Sum of all efficiencies of the row: the entry after the last channel's.
     #[inline(always)]
     pub(super) fn row_total(&self, row: &Row<N>, channels: &Channels<N>, active: N::Mask) -> N::Real {
         self.entry(row, channels.count, active)

@@ -4,6 +4,8 @@
 //! The first random number of a sample serves several decisions. Below [`UNIFORM_FRACTION`] the direction is uniform.
 //! The rest of [0, 1) is divided equally among the wavelengths. The lobe's own sampler gets the position within a
 //! wavelength's part, rescaled to [0, 1).
+//!
+//! [`Sides`] says on which sides of the relief a lobe has light, and draws the side to which a sample leaves.
 
 use crate::numeric::math::{SQUARE_PDF, square_to_hemisphere};
 use crate::numeric::{Number, Numbers, Real};

@@ -1,5 +1,6 @@
 //! Kinds and options of the methods, and the reasons why a method is refused. Sources are cited by author and year, and
-//! listed in docs/model.md#sources.
+//! listed in docs/model.md#sources. κH is the largest phase of the relief about its middle height. The phase rate κ
+//! is 2πw/λ with `w = cosθi + cosθo ≤ 2`, and H is half the range of heights.
 
 use super::bessel::TERMS_MAX;
 use crate::colour::ColourError;
@@ -115,8 +116,8 @@ pub struct MethodOptions {
     /// Terms of the series of the phase screen, 1 to 256 (default: the number that the tolerance requires).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terms: Option<usize>,
-    /// Number of orders summed along each axis, 1 to 64 (default: the number that the tolerance requires; for colours
-    /// of NMM, that of a tolerance of at least 0.15). Single 2014 has 3.
+    /// Number of orders summed along each axis, 1 to 64 (default: the number that the tolerance requires). For colours,
+    /// NMM takes the number of a tolerance of 0.15 if that is smaller. Single 2014 has 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbourhood: Option<usize>,
     /// The series of the phase screen (default: `chebyshev`). Single 2014 has `taylor`.

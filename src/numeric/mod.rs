@@ -3,8 +3,8 @@
 //!
 //! - [`Plain`]: single values,
 //! - [`Lanes`]: four values side by side (SIMD), one in each *lane*,
-//! - the *recorded* variables of the Mitsuba plugin (`cpp_shim/src/traced.rs`): operations on them are recorded by the
-//!   tracing compiler Dr.Jit as a kernel, which computes later for many lanes.
+//! - the *recorded* variables of the Mitsuba plugin (`cpp_shim/src/traced.rs`). The tracing compiler Dr.Jit records
+//!   operations on them as a kernel, which computes later for many lanes.
 //!
 //! A generic evaluator cannot branch on values, which differ between lanes. It selects with masks, masks its reads, and
 //! loops through [`Numbers::while_loop`]. Its tables are words of 32 bits, read by [`Numbers::gather`]. [`math`] has
@@ -193,7 +193,8 @@ fn map_by_value<T: Real, const L: usize, const R: usize>(
     results
 }
 
-/// Implements [`State`] for tuples, which visit their elements in order.
+/// Implements [`State`] for tuples, which visit their elements in order. An argument lists the elements of one tuple,
+/// each by a type parameter and its index.
 macro_rules! tuples {
     ($($($t:ident $i:tt)+;)+) => {$(
         #[allow(non_snake_case, reason = "type parameters name the elements")]

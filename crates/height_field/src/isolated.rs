@@ -1,8 +1,8 @@
 //! Detection of missing points that a program wrote as a number, such as −9999.
 //!
 //! Such a number is the lowest or the highest value of the file and lies far from all other values. The criterion is
-//! the ratio gap/range: the gap is the distance from the number to the nearest other value, the range that of the other
-//! values (highest minus lowest).
+//! the ratio gap/range. The *gap* is the distance from the number to the nearest other value. The *range* is the
+//! highest minus the lowest of the other values.
 //!
 //! A *level* of a relief is a height that many points share exactly, such as the floor of a lamellar grating. A level
 //! may lie as far from the others as a number for missing points. It differs in two properties: it covers an area, and
@@ -28,10 +28,10 @@ const KNOWN_GAP_MIN: f64 = 0.25;
 const GAP_MIN: f64 = 10.0;
 /// Smallest fraction of the values at a level of the relief. A larger bound would remove narrow levels, such as thin
 /// ridges of a grating; a smaller one would keep common fractions of missing points.
-///
-/// Also the fraction of values left out at either end, where the gap of one of [`MISSING_NUMBERS`] is compared with the
-/// range of the others. They may contain a second number for missing points, which would enlarge the range.
 const LEVEL_MIN: f64 = 0.05;
+/// Fraction of the other values left out at either end, before their range is compared with the gap of one of
+/// [`MISSING_NUMBERS`]. The ends may contain a second number for missing points, which would enlarge the range.
+const IGNORED_ENDS: f64 = LEVEL_MIN;
 /// Smallest fraction of the values at the most frequent other number, if a number is to be a level beside it. Coarsely
 /// quantised measurements have equal heights, too, but spread over more than four values.
 const OTHER_LEVEL_MIN: f64 = 0.25;
@@ -96,7 +96,7 @@ fn split_highest(sorted: &[f64], total: usize) -> Option<Split<'_>> {
 fn is_isolated(value: f64, gap: f64, rest: &[f64]) -> bool {
     let range_of = |part: &[f64]| part.first().zip(part.last()).map_or(0.0, |(low, high)| high - low);
     let (range, gap_min) = if MISSING_NUMBERS.contains(&value) {
-        let ignored = (LEVEL_MIN * rest.len() as f64) as usize;
+        let ignored = (IGNORED_ENDS * rest.len() as f64) as usize;
         (range_of(&rest[ignored..rest.len() - ignored]), KNOWN_GAP_MIN)
     } else {
         (range_of(rest), GAP_MIN)
@@ -115,8 +115,8 @@ fn is_level(same: &[f64], rest: &[f64], total: usize) -> bool {
     let others = || rest.chunk_by(|a, b| a == b);
     let largest_other = others().map(fraction).fold(0.0, f64::max);
     let is_full_scale_level = |equal: &[f64]| is_in(equal, &FULL_SCALE) && fraction(equal) >= LEVEL_MIN;
-    // A common number for missing points may be a level only if it is an end of full scale, and another end of full
-    // scale is as frequent as a level. Any other number may be one.
+    // A common number for missing points may be a level only if it is one end of full scale, and another end is a
+    // level, too. Any other number may be a level.
     let may_be_level =
         !is_in(same, &MISSING_NUMBERS) || (is_in(same, &FULL_SCALE) && others().any(is_full_scale_level));
     may_be_level && fraction(same) >= LEVEL_MIN && largest_other >= OTHER_LEVEL_MIN

@@ -296,7 +296,8 @@ impl<'a> Air<'a> {
         from_fn(n, n, |i, j| self.exterior[(i, j)] + weight * single_response[(i, j)])
     }
 
-    /// [`Air::fields`] with the coupling of Ey and Hy.
+    /// [`Air::fields`] with the coupling of Ey and Hy: one system of the blocks
+    /// `[½ − K + weights[0]·S W, −coupling·S D; coupling·S D, ½ − K + weights[1]·S W]`.
     fn coupled_fields(
         &self,
         single_response: &Matrix,

@@ -13,7 +13,7 @@ export function hideRelief() {
   byId("relief-shown").hidden = true;
 }
 
-/** Shows a relief, as `Engine.relief` returns it. */
+/** Shows a relief as `Engine.relief` returns it: facts, and a picture in RGBA bytes with the length of its bar. */
 export function showRelief({ facts, width, height, bar_um, um_per_pixel, rgba }) {
   byId("relief-shown").hidden = false;
   const canvas = byId("relief-picture");
@@ -34,7 +34,7 @@ export function showRelief({ facts, width, height, bar_um, um_per_pixel, rgba })
   rows.push(["Slopes x, y (rms)", facts.rms_slope.map((slope) => Number(slope.toPrecision(2))).join(", ")]);
   if (facts.channel) rows.push(["Channel", facts.channel]);
   if (facts.filled_points) rows.push(["Filled points", facts.filled_points]);
-  // How the reader has interpreted each property of the file, and from which source (provenance.rs).
+  // Properties of the file that the reader interprets, each with its value and its source (provenance.rs).
   const interpreted = { pixel_size: "Pixel size", height_unit: "Heights", rows: "Rows" };
   for (const [key, name] of Object.entries(interpreted)) {
     const found = facts.provenance?.[key];

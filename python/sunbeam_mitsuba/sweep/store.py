@@ -205,7 +205,7 @@ class Store:
             raise SweepError(f"{self.folder / blocked[0]} cannot be written; remove it, or name another output")
 
     def _check_owner(self) -> None:
-        """Raises :class:`SweepError` where the folder has files of others and no summary of a sweep."""
+        """Raises :class:`SweepError` where the folder has files that no sweep wrote, and no summary of a sweep."""
         if (self.folder / SUMMARY).exists():
             return
         # A sweep that died before it wrote its summary leaves its lock and unfinished files.
@@ -218,13 +218,13 @@ class Store:
             )
 
     def _remove_results(self) -> None:
-        """Removes records, pictures, tables and sheet. The summary stays, and so does every file of others."""
+        """Removes records, pictures, tables and sheet. The summary stays, and so do files that no sweep wrote."""
         for name in _FOLDERS:
             for file in list(self.folder.glob(f"{name}/[0-9a-f][0-9a-f]/*")):
                 if _WORKER_FILE.fullmatch(file.name):
                     file.unlink(missing_ok=True)
             for folder in [*self.folder.glob(f"{name}/[0-9a-f][0-9a-f]"), self.folder / name]:
-                # Folders that hold files of others stay.
+                # Folders that still hold files stay.
                 with suppress(OSError):
                     folder.rmdir()
         for name in _FILES:
@@ -232,13 +232,13 @@ class Store:
 
     def _remove_abandoned(self) -> None:
         """Removes unfinished files (write_whole) that dead workers left."""
-        oldest = time.time() - _ABANDONED_SECONDS
+        oldest_kept = time.time() - _ABANDONED_SECONDS
         unfinished = [*self.folder.glob(".*.part")]
         for name in _FOLDERS:
             unfinished += self.folder.glob(f"{name}/*/.*.part")
         for part in unfinished:
             try:
-                if part.stat().st_mtime < oldest:
+                if part.stat().st_mtime < oldest_kept:
                     part.unlink()
             except OSError:
                 continue

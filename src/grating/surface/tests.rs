@@ -10,13 +10,16 @@ use crate::table::WAVELENGTH_MIN_NM;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+/// Period d of the orders in the closed form.
 const PERIOD_UM: f64 = 1.6;
+/// 17 nodes along either side of a cell, and wavelengths at steps of at most 47 nm, all of them solved.
 const TABLE_RESOLUTION: TableResolution =
     TableResolution { stored: 17, spacing: Some(Spacing { step_nm: 47.0, solved_every: 1 }), tolerance: 1e-3 };
 
 /// Orders with a closed form that has the properties of a grating's: reciprocity, roots at the horizon, and a
-/// dependence on the wavelength. It solves no grating. With two sides it is a film's.
+/// dependence on the wavelength. It solves no grating.
 struct ClosedForm {
+    /// 1 for light above the relief alone, 2 for a film.
     sides: usize,
 }
 
@@ -25,7 +28,8 @@ fn cos(t: f64, a: f64) -> f64 {
     (1.0 - (a / t).powi(2)).max(0.0).sqrt()
 }
 
-/// Efficiency between the incident wave number `a` and the outgoing one `c`, both along x.
+/// Efficiency between the incident wave number `a` and the outgoing one `c`, both along x. The bound of both is `t`;
+/// all three are in units of 2π/d.
 fn efficiency(t: f64, a: f64, c: f64, nm: f64) -> f64 {
     let (m, fade) = (c - a, (nm / 600.0).recip());
     0.2 * fade * (-0.3 * m.abs()).exp() * (1.0 + 0.5 * (0.7 * (a - c)).sin()) * (cos(t, a) * cos(t, c)).sqrt().min(1.0)
@@ -94,32 +98,33 @@ fn reflectance_is_reciprocal() {
     // Rounding of t and a in double precision, next to square roots.
     const RELATIVE: f64 = 1e-6;
     let surface = tabulated(5.0);
-    let mut asked = 0;
+    let mut bright_pairs = 0;
     for i in 0..400 {
         let x = f64::from(i);
         let (wi, wo) = (direction(0.02 + 0.0037 * x, 0.9 * x), direction(1.5 - 0.0035 * x, 2.3 * x + 0.1));
         for nm in [380.0, 511.0, 777.0] {
             let (there, back) = (surface.eval(wi, wo, nm), surface.eval(wo, wi, nm));
             assert!((there - back).abs() <= RELATIVE * there.max(1e-3), "{wi:?} {wo:?} {nm}: {there} {back}");
-            asked += usize::from(there > 1e-3);
+            bright_pairs += usize::from(there > 1e-3);
         }
     }
-    assert!(asked > 50, "{asked}");
+    assert!(bright_pairs > 50, "{bright_pairs}");
 }
 
-/// On either side of the line where an order leaves along the surface, and on it.
+/// Efficiencies and reflectances at, just above and just below the horizon of an order.
 #[test]
 fn efficiencies_are_accurate_at_the_horizon() {
-    // These orders vary as the fourth root of the distance to the line, the square root of the table's coordinate. Its
-    // linear interpolation between the first two of 17 nodes errs by at most 1/16. Efficiencies are at most 0.3.
+    // Next to the horizon these efficiencies vary as the fourth root of `t − |c|`, the square root of the table's
+    // coordinate. Linear interpolation of √x between 0 and h errs by at most √h/4: by 1/16 with the step h = 1/16 of 17
+    // nodes. Efficiencies are at most 0.3.
     const ABSOLUTE: f64 = 0.3 / 16.0;
     let surface = tabulated(65.0);
-    let mut passed = 0;
+    let mut compared = 0;
     for nm in [450.0, 523.0, 650.0] {
         for phi in [0.0, 0.4] {
             for order in [-3_i32, -2, -1, 1, 2, 3] {
                 for apart in [-1e-4, -1e-7, 0.0, 1e-7, 1e-4] {
-                    // The incident wave for which this order has `|a| − t = apart`.
+                    // The incident wave number `a` for which this order has `|a + order| − t = apart`.
                     let periods = 1e3 * PERIOD_UM / nm;
                     let y = 0.3 * f64::sin(phi);
                     let t = periods * f64::sqrt(1.0 - y * y);
@@ -136,14 +141,14 @@ fn efficiencies_are_accurate_at_the_horizon() {
                             (found - expected).abs() < ABSOLUTE,
                             "{nm} {phi} {order} {apart} {m}: {found} {expected}"
                         );
-                        passed += 1;
+                        compared += 1;
                         let x = f64::from(m) / periods - wi[0];
                         let squared = 1.0 - x * x - y * y;
                         if squared > 0.0 {
                             let wo = [x, -y, squared.sqrt()];
                             let (there, back) = (surface.eval(wi, wo, nm), surface.eval(wo, wi, nm));
                             assert!(there.is_finite() && there >= 0.0 && surface.pdf(wi, wo, &[nm]).is_finite());
-                            // On the line itself rounding decides whether the order propagates.
+                            // At the horizon itself rounding decides whether the order propagates.
                             let same = (there - back).abs() <= 1e-6 * there.max(1e-3);
                             assert!(same || apart == 0.0, "{nm} {phi} {order} {apart} {m}: {there} {back}");
                         }
@@ -152,16 +157,17 @@ fn efficiencies_are_accurate_at_the_horizon() {
             }
         }
     }
-    assert!(passed > 300, "{passed}");
+    assert!(compared > 300, "{compared}");
 }
 
-/// Integral of a function over the direction cosines of the hemisphere, by the midpoint rule around the orders.
+/// Integral of a function over the direction cosines (x, y) of the hemisphere, by the midpoint rule within six standard
+/// deviations of each order. `sigma` is the standard deviation in cycles/µm.
 fn over_orders(wi: Vec3, nm: f64, sigma: f64, f: impl Fn(Vec3) -> f64) -> f64 {
-    let spread = nm * 1e-3 * sigma;
+    // A quarter of the standard deviation in direction cosines.
+    let step = 0.25 * nm * 1e-3 * sigma;
     let mut sum = 0.0;
     for m in -6..=6 {
         let centre = [f64::from(m) * nm * 1e-3 / PERIOD_UM - wi[0], -wi[1]];
-        let step = 0.25 * spread;
         for i in -24..=24 {
             for k in -24..=24 {
                 let (x, y) = (centre[0] + f64::from(i) * step, centre[1] + f64::from(k) * step);
@@ -196,6 +202,7 @@ fn samples_follow_their_density() {
     let (surface, wi, nm) = (tabulated(20.0), direction(0.5, 0.4), 550.0);
     let sigma = surface.layout().sigma_per_um;
     // The density integrates to one; no order lies near the horizon, where samples would be lost.
+    // Divided by cosθo, a density over solid angle becomes one over direction cosines.
     let integral =
         over_orders(wi, nm, sigma, |wo| (surface.pdf(wi, wo, &[nm]) - UNIFORM_FRACTION * SQUARE_PDF) / wo[2]);
     assert!((integral - (1.0 - UNIFORM_FRACTION)).abs() < 2e-3, "{integral}");

@@ -10,11 +10,11 @@ import numpy as np
 
 from .drawn import DIELECTRIC, Judged
 from .scalar import COHERENCE_LENGTH_UM, ask, power_of_value
-from .theories import EXACT, SCALAR, optics, words
+from .theories import EXACT, SCALAR, grating_arguments, medium_arguments
 
 
 def transmittances(eta: float, cos: np.ndarray | float) -> np.ndarray:
-    """Fresnel's transmittances of the flat side of a cover of index `eta`, `[..., state]`, from cosines in air."""
+    """Fresnel's transmittances of a cover's flat side in s and p, `[..., state]`, from the index and cosines in air."""
     cos = np.asarray(cos)
     # `eta` times the cosine inside.
     inside = np.sqrt(eta**2 - 1 + cos**2)
@@ -37,7 +37,7 @@ def through_means(judged: Judged) -> np.ndarray:
 
 
 def through_states(judged: Judged) -> np.ndarray:
-    """The judge's powers with each state's own transmittances, for incoherent s and p from end to end."""
+    """The judge's powers with each state's own transmittances; s and p stay incoherent."""
     arriving, leaving = flat_sides(judged)
     # Axes are order m, state out a, state in b.
     return 0.5 * np.einsum("ma,mab,b->m", leaving, judged.states, arriving)
@@ -57,6 +57,7 @@ def powers(judged: Judged, theory: str, cover_eta: float | None = None) -> np.nd
         EXACT: ["--theory", "rigorous"],
         SCALAR: ["--theory", "scalar", "--obliquity", obliquity, "--conserve-energy", "false"],
     }[theory]
-    surface = [*words(setting), *optics(setting), "--cover-eta", cover_eta or setting.cover_eta]
+    surface = [*grating_arguments(setting), *medium_arguments(setting)]
+    surface += ["--cover-eta", cover_eta or setting.cover_eta]
     asked = ["eval", "--method", "exact", *surface, "--coherence-length", COHERENCE_LENGTH_UM, *more]
     return np.array(ask(asked, questions)) * power_of_value(setting.wavelength_nm)

@@ -10,8 +10,8 @@ import numpy as np
 
 
 @cache
-def _column(metal: str, part: str) -> np.ndarray:
-    """Rows of wavelength in nm and value from Mitsuba's file of a metal; `part` is "eta" or "k"."""
+def _spectrum(metal: str, part: str) -> np.ndarray:
+    """Rows (wavelength in nm, value) of Mitsuba's file of a metal; `part` is "eta" or "k"."""
     folder = Path(distribution("mitsuba").locate_file("mitsuba/data/ior"))
     return np.loadtxt(folder / f"{metal}.{part}.spd", comments="#")
 
@@ -20,7 +20,7 @@ def index(metal: str, wavelength_nm: float) -> complex:
     """η + ik of a metal, named as Mitsuba's `material`, linearly interpolated between the wavelengths of the file."""
     parts = []
     for name in ("eta", "k"):
-        table = _column(metal, name)
+        table = _spectrum(metal, name)
         if not table[0, 0] <= wavelength_nm <= table[-1, 0]:
             raise ValueError(
                 f"{metal} is known from {table[0, 0]:.0f} to {table[-1, 0]:.0f} nm, not at {wavelength_nm}"

@@ -56,9 +56,11 @@ class Light:
 
 
 def propagating(period: float, light: Light) -> tuple[np.ndarray, np.ndarray]:
-    """The orders above the horizon and their `wo.x`."""
+    """The orders above the horizon and their `wo.x`, for a period in µm, by the grating equation."""
+    # λ/d.
     ratio = light.wavelength_nm / 1e3 / period
     sine = np.sin(np.radians(light.theta_i_deg))
+    # One order more at either end; the comparison with 1 removes it.
     orders = np.arange(int(-(1 - sine) / ratio) - 1, int((1 + sine) / ratio) + 2)
     towards = orders * ratio - sine
     return orders[np.abs(towards) < 1], towards[np.abs(towards) < 1]
@@ -97,23 +99,23 @@ def efficiencies(
 
 
 def power_of_value(wavelength_nm: float, coherence_length_um: float = COHERENCE_LENGTH_UM) -> float:
-    """Power of an order over the BSDF at its centre, λ²/K(0), if other orders are far from it.
+    """Ratio λ²/K(0) of an order's power to the BSDF at its centre, in sr, if other orders are far from it.
 
-    K(0) = 4πs² is the power of the coherence window, and s a quarter of the coherence length
+    K(0) = 4πs² is the window's power spectrum at its centre, and s a quarter of the coherence length
     (docs/model.md#coherence). λ is the wavelength in air, under a cover too.
     """
     return (wavelength_nm * 1e-3) ** 2 / (4 * np.pi * (coherence_length_um / 4) ** 2)
 
 
 def integrated(grating: Grating, model: Model, light: Light, order: int, points: int = 31) -> float:
-    """Power of an order: the integral of the BSDF over direction sines, to six standard deviations around its centre.
+    """Power of an order: the BSDF's integral over wo.x and wo.y, to six standard deviations around its centre.
 
     `points` is the number of directions along either axis.
     """
     sine = np.sin(np.radians(light.theta_i_deg))
     orders, towards = propagating(grating.period, light)
     centre = towards[orders == order][0]
-    # The BSDF falls as exp(−4π²s²u²/λ²) with the distance u from the centre.
+    # The BSDF falls as exp(−4π²s²u²/λ²) with the distance u from the centre, so u has this standard deviation.
     deviation = light.wavelength_nm / 1e3 / (2 * np.sqrt(2) * np.pi * COHERENCE_LENGTH_UM / 4)
     steps = np.linspace(-6, 6, points) * deviation
     lobe = [(centre + u, v) for u in steps for v in steps]

@@ -19,21 +19,21 @@ from .scalar import COHERENCE_LENGTH_UM, ask, power_of_value
 SCALAR, FRESNEL, EXACT = "scalar", "perfect × Fresnel", "exact"
 
 
-def words(setting: Setting) -> list:
+def grating_arguments(setting: Setting) -> list:
     """The arguments of `sunbeam` for the grating."""
     return ["--preset", setting.shape, "--period", setting.period_um, "--height", setting.height_um]
 
 
-def optics(setting: Setting) -> list:
+def medium_arguments(setting: Setting) -> list:
     """The arguments of `sunbeam` for the medium; none for a perfect conductor."""
     n = setting.index
     return [] if n is None else ["--eta", n.real, "--k", n.imag]
 
 
 def orders(setting: Setting, *more) -> dict:
-    """The entries of `sunbeam orders` by order, for the grating and the light, with further arguments `more`."""
+    """The entries that `sunbeam orders --json` prints, by order m; `more` are arguments besides grating and light."""
     light = ["--theta-i", setting.theta_deg, "--phi-i", setting.phi_deg, "--wavelength", setting.wavelength_nm]
-    report = json.loads(sunbeam("orders", "--json", *words(setting), *light, *more))
+    report = json.loads(sunbeam("orders", "--json", *grating_arguments(setting), *light, *more))
     return {order["order"]: order for order in report["orders"]}
 
 
@@ -51,11 +51,11 @@ def fresnel(n: complex | None, wi, wo) -> np.ndarray:
 def powers(judged: Judged) -> dict[str, np.ndarray]:
     """Fractions of unpolarised light in the judge's orders, by theory."""
     setting = judged.setting
-    metal = optics(setting)
+    medium = medium_arguments(setting)
     found = {
-        SCALAR: orders(setting, "--theory", "scalar", "--obliquity", "stam", *metal),
+        SCALAR: orders(setting, "--theory", "scalar", "--obliquity", "stam", *medium),
         FRESNEL: orders(setting, "--theory", "rigorous"),
-        EXACT: orders(setting, "--theory", "rigorous", *metal),
+        EXACT: orders(setting, "--theory", "rigorous", *medium),
     }
     numbers = judged.orders.tolist()
     by_theory = {name: np.array([entries[order]["mean"] for order in numbers]) for name, entries in found.items()}
@@ -65,22 +65,25 @@ def powers(judged: Judged) -> dict[str, np.ndarray]:
 
 
 def tabulated(settings: list[Setting]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Powers of orders from the plugin's table of a grating, and by the solver, for settings with this grating."""
+    """Fractions of unpolarised light in the orders from the table of a grating, and the same by the solver.
+
+    Both are lists over `settings`, which have one grating and medium: the table is that of the first setting.
+    """
     questions, solved = [], []
     for setting in settings:
-        entries = orders(setting, "--theory", "rigorous", *optics(setting)).values()
+        entries = orders(setting, "--theory", "rigorous", *medium_arguments(setting)).values()
         solved.append(np.array([order["mean"] for order in entries]))
         wi = setting.wi.tolist()
         questions += [{"wi": wi, "wo": order["direction"], "wavelength": setting.wavelength_nm} for order in entries]
     first = settings[0]
-    asked = ["eval", "--method", "table", "--theory", "rigorous", *words(first), *optics(first)]
+    asked = ["eval", "--method", "table", "--theory", "rigorous", *grating_arguments(first), *medium_arguments(first)]
     values = np.array(ask([*asked, "--coherence-length", COHERENCE_LENGTH_UM], questions))
     parts = np.split(values, np.cumsum([len(part) for part in solved])[:-1])
     return [part * power_of_value(setting.wavelength_nm) for part, setting in zip(parts, settings)], solved
 
 
 def transverse_basis(d: np.ndarray) -> np.ndarray:
-    """Unit vectors of E in the states of `sunbeam orders`, for a wave along `d`: without Hy, without Ey."""
+    """Unit vectors of E in the two states of `sunbeam orders`, for a wave along `d`: with Hy = 0, then with Ey = 0."""
     across = np.hypot(d[0], d[2])
     return np.array([[-d[1] * d[0] / across, across, -d[1] * d[2] / across], [d[2] / across, 0, -d[0] / across]])
 
@@ -92,7 +95,7 @@ def s_and_p(d: np.ndarray) -> np.ndarray:
 
 
 def mueller(jones: np.ndarray) -> np.ndarray:
-    """Mueller matrices of Jones matrices (..., out, in) of s and p; a common phase has no effect."""
+    """Mueller matrices M_ij = ½ tr(σ_i J σ_j J†) of Jones matrices J (..., out, in) of s and p, with Pauli's σ."""
     pauli = np.array([[[1, 0], [0, 1]], [[1, 0], [0, -1]], [[0, 1], [1, 0]], [[0, 1j], [-1j, 0]]])
     return 0.5 * np.einsum("iab,...bc,jcd,...ad->...ij", pauli, jones, pauli, jones.conj()).real
 
@@ -100,12 +103,13 @@ def mueller(jones: np.ndarray) -> np.ndarray:
 def mueller_errors(judged: Judged) -> np.ndarray:
     """Differences of all elements of the orders' Mueller matrices from the judge's, relative to its largest m00."""
     setting = judged.setting
-    found = orders(setting, "--theory", "rigorous", *optics(setting))
-    # Jones matrices are turned from the states of `sunbeam orders` to s and p.
+    found = orders(setting, "--theory", "rigorous", *medium_arguments(setting))
+    # Matrices that turn Jones vectors between the states of `sunbeam orders` and s and p.
     arriving = -setting.wi
     turn_in = transverse_basis(arriving) @ s_and_p(arriving).T
     made = []
     for order in judged.orders.tolist():
+        # Real and imaginary parts, (out, in, 2).
         parts = np.array(found[order]["jones"])
         direction = np.array(found[order]["direction"])
         turn_out = s_and_p(direction) @ transverse_basis(direction).T

@@ -10,11 +10,12 @@ const SIZE: (u32, u32) = (900, 600);
 /// Colours of the orders that are drawn, the strongest first: the first four of matplotlib's "tab10". Weaker orders are
 /// left out, since each order has up to three curves.
 const COLOURS: [&str; 4] = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728"];
-/// Least efficiency that the axis of efficiencies reaches. It keeps the axis from being empty where all are 0.
+/// Smallest upper end of the axis of efficiencies. It keeps the axis from being empty where all efficiencies are 0.
 const TOP_MIN: f64 = 1e-6;
 
-/// An order along the curve.
+/// An order over the quantity that varies.
 struct Line {
+    /// Side of the relief on which the order leaves.
     side: Side,
     /// The number m of the order, [`Order::order`].
     number: i32,

@@ -41,6 +41,7 @@ impl<'a> Archive<'a> {
             // ASCII keeps the length of the name: other characters may be longer or shorter in lower case.
             let folder_length = name.to_ascii_lowercase().strip_suffix(DESCRIPTION).map(str::len)?;
             let folder = &name[..folder_length];
+            // macOS puts its own metadata into this folder, under the names of the archive's files.
             let is_hidden = name.starts_with("__MACOSX/");
             (!is_hidden && (folder.is_empty() || folder.ends_with('/'))).then(|| folder.to_owned())
         });
@@ -155,7 +156,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
         Some("D") => Number::F64,
         found => return Err(format!("its heights are of type {}; I, L, F and D are read", found.unwrap_or("unknown"))),
     };
-    // Without increment and offset, the stored numbers are heights in metres.
+    // Height in metres = offset + scale · stored number. Without both, the stored numbers are heights in metres.
     let scale_m = real(axis, &["Increment"])?.unwrap_or(1.0);
     let offset_m = real(axis, &["Offset"])?.unwrap_or(0.0);
 
@@ -171,7 +172,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
         return Err(format!("{} valid points need more than {} bytes", stored.len(), valid.len()));
     }
 
-    let layers: Vec<Channel> = (0..nz).map(|number| Channel::new(number, String::new(), "m".to_owned())).collect();
+    let layers: Vec<Channel> = (0..nz).map(|layer| Channel::new(layer, String::new(), "m".to_owned())).collect();
     let layer = channel::choose(&layers, channel_option)?;
     // Indices of the layer's points among those of all layers.
     let indices = layer * points..(layer + 1) * points;

@@ -14,7 +14,7 @@
 //!             left flank (i, j − 1)
 //! ```
 //!
-//! The picture is seen from outside. *Left* and *right* are those of the snake itself: +v is on its right. Random
+//! The figure shows the skin from outside. *Left* and *right* are those of the snake itself: +v is on its right. Random
 //! numbers displace the tips, so that node (i, j) lies near, not at, the point (i, j).
 //!
 //! # Scale
@@ -263,8 +263,8 @@ impl Lattice {
         centre + (tip * t + flank * (1.0 - t)) * (level / gauge(t, 1.0 - t))
     }
 
-    /// The visible scale at a point of the sheet: among the scales within whose gauge 1 the point lies, the one nearest
-    /// to the head.
+    /// The visible scale at a point of the sheet: the scale nearest to the head in which the gauge of the point is at
+    /// most 1.
     ///
     /// Towards the root, the gauge 1 bounds an endless strip instead of the scale, but there the scales nearer to the
     /// head lie on top.
