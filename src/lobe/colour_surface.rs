@@ -123,7 +123,8 @@ impl ColourSurface {
             Albedos::build(field, options, &spectral, &albedo_progress)?;
         // Frees the memory before the sampler is built.
         drop(spectral);
-        // Only resized reliefs need the correction. Only an index that varies over wavelengths has a ratio unlike 1.
+        // Only for a resized relief is the table read at another half vector than that of the directions, which
+        // `BandRatio` corrects. Only an index that varies over wavelengths has a ratio other than 1.
         let band_ratio = match (index, options.sizes) {
             (Some(SpectralIndex::Sampled(_)), Some(_)) => Some(BandRatio::new(&BandRatio::band_weights()?, ratio)),
             _ => None,

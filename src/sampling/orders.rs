@@ -352,6 +352,7 @@ impl<N: Numbers> OrdersView<N> {
         let visible = visible_fraction(s, incidence.width_squared);
         let cos_o = (passage.outgoing_squared - sin_squared).max(incidence.cos_squared_min).sqrt();
         let w = passage.normal + cos_o;
+        // Through a transparent body `normal` is negative, and w may vanish.
         let w = passage.divisor_min.map_or(w, |least| w.abs().max(lit(least)));
         // κ_j in intervals.
         let position = w * incidence.kappa_per_w * lit(self.layout.intervals_per_kappa);
