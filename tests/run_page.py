@@ -11,8 +11,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-# Accepted relative difference of a page's numbers, which other machines round differently. Numbers below 1e-3 count as
-# 1e-3.
+# Accepted relative difference of a page's numbers, which other machines round differently. Numbers below 1e-3 have
+# the tolerance of 1e-3.
 RTOL = 1e-3
 # Words that mark lines of output which change from run to run.
 VARIES = re.compile(r"seconds|origin|adapter|version")

@@ -17,6 +17,9 @@
 //! axis, with a standard deviation of `sigma` orders. The powers `P_j` are tabulated over uniform intervals in κ and
 //! interpolated linearly. In code, the *numbers* of an order are jx and jy; its *indices*, which count from 0, are the
 //! numbers plus `origin`.
+//!
+//! A [`Passage`] holds the incident direction and the side on which light leaves. A [`Reading`] holds the wavelength;
+//! for a resized relief, also that in κ_j, and a factor by which orders are narrower than `sigma`.
 
 use super::node_power;
 use crate::numeric::math::{NORMAL_QUANTILE_MAX, bf16_pair, normal_quantile};
@@ -177,7 +180,8 @@ struct Position<N: Numbers> {
 }
 
 impl<N: Numbers> OrdersView<N> {
-    /// See [`super::SamplerView::density`].
+    /// Density of [`OrdersView::draw`] over the plane of tangential wave vectors; zero where `active` is false.
+    /// `outgoing` is a result of `draw`.
     #[inline(always)]
     pub(super) fn density(
         &self,
@@ -220,7 +224,8 @@ impl<N: Numbers> OrdersView<N> {
         N::Real::select(has_weight, peak * density / divisor, lit(0.0))
     }
 
-    /// See [`super::SamplerView::draw`].
+    /// Draws the tangential part of an outgoing wave vector, times [`Passage::turn`]. `u` and `v` are random numbers
+    /// in [0, 1). The mask is false where no order has a weight, and where `active` is false.
     #[inline(always)]
     pub(super) fn draw(
         &self,

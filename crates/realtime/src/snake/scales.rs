@@ -4,9 +4,9 @@
 //! scale times the factor [`SnakeOptions::relief`]. The *dome* is the height of a scale in its middle, and the *keel* a
 //! ridge along its axis. Both have random factors near 1 (`Traits` in lattice.rs).
 //!
-//! A scale comes out from under two scales nearer to the head, one on its left and one on its right. Where such an upper
-//! scale ends on the scale is its *foot*. The *gauge* in the coordinates of a scale (lattice.rs) measures the distance
-//! from its centre, and is 1 on its foot.
+//! A scale comes out from under two *upper scales* nearer to the head, one on its left and one on its right. The *foot*
+//! of an upper scale is the curve along which it ends on the scale below. The *gauge* in the coordinates of a scale
+//! (lattice.rs) measures the distance from its centre, and is 1 on its foot.
 //!
 //! The coordinate x grows from 0 on the foot of the left upper scale to 1 at the tip of the covered scale. It is
 //! `(gauge − 1)/(gauge(2, 1) − 1)`, with the gauge of the left upper scale. In that scale's coordinates the covered
