@@ -105,13 +105,14 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> 
     let axes = axes(table);
     let intervals = ((table.kappa_max() / table.kappa_step()).ceil() as usize).clamp(INTERVALS_MIN, INTERVALS_MAX);
     let interval_width = table.kappa_max() / intervals as f64;
-    // One curve per quadrature point, over all intervals.
+    // One curve for the κ of each quadrature point, over all intervals. It evaluates the power of any order.
     let curves: Vec<NodeCurve> = (0..intervals * POINTS_PER_INTERVAL)
         .map(|i| NodeCurve::new(table, (i as f64 + 0.5) / POINTS_PER_INTERVAL as f64 * interval_width))
         .collect();
     let mut words = vec![0u32; intervals * (axes[0].nodes * axes[1].nodes) as usize];
     for (jx, jy, record) in table.kept_nodes() {
         let f = [jx as f64 / axes[0].period_um, jy as f64 / axes[1].period_um];
+        // The power is zero where the relief's pixels do not resolve the frequency.
         if !table.is_resolved(f) {
             continue;
         }
@@ -148,6 +149,7 @@ fn power_at_end(powers: &[f64], end: usize) -> f64 {
 #[derive(Clone, Copy)]
 pub(super) struct OrdersView<N: Numbers> {
     pub layout: OrdersLayout,
+    /// Table data, in the layout's order.
     pub words: N::Words,
 }
 
