@@ -110,7 +110,8 @@ void probe_calling_convention() {
             "PyPI. Use that wheel (pip install mitsuba==" MI_VERSION ").");
 }
 
-/// Checks the CPU, the version and the calling convention of the running Mitsuba. Throws the first mismatch.
+/// Checks the CPU, the version and the calling convention of the running Mitsuba, whose core library contains
+/// `address`. Throws the first mismatch.
 void check(const void *address) {
 #if SUNBEAM_AVX2
     if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))

@@ -145,7 +145,9 @@ bool run_loop(uint32_t backend, const char *name, Loop &loop) noexcept {
     // Dr.Jit keeps a differentiable loop beyond this call; `loop` lives only as long as the call.
     constexpr bool DIFFERENTIABLE = false;
 
-    // Callbacks of Dr.Jit. The payload is `loop`.
+    // Callbacks of Dr.Jit; their payload is `loop` (src/jit.rs). `read` appends a new reference to each variable of the
+    // loop's state, and `write` replaces these variables. `condition` returns the mask of the lanes that go on, and
+    // `body` computes the next state.
     const auto read = [](void *payload, drjit::vector<uint64_t> &indices) {
         rust::Vec<uint32_t> state;
         static_cast<Loop *>(payload)->read(state);

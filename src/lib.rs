@@ -48,9 +48,9 @@
 //! | module | contents |
 //! | --- | --- |
 //! | [`height_field`] | heights from presets and files |
-//! | [`transform`] | Fourier transforms of the phase screen `exp(iκh)` |
+//! | [`transform`] | Fourier transforms of the phase screen `exp(iκh)` of heights `h` |
 //! | [`table`] | the power spectrum `S(f; κ)` over frequencies and phase rates |
-//! | [`colour_table`] | the reflectance in linear sRGB over `(u, v, w)` |
+//! | [`colour_table`] | the reflectance in linear sRGB over the scattering vector |
 //! | [`scattering`] | factors of a pair of directions: scattering vector, obliquity, Fresnel |
 //! | [`sampling`] | sampling of outgoing directions, and its density |
 //! | [`energy`] | the albedo, by which the reflectance is divided to conserve energy |
@@ -71,7 +71,7 @@
 //!   the surface, to the light and to the viewer.
 //! - The scattering vector `q = wi + wo = (u, v, w)`: `u = wi.x + wo.x`, `v = wi.y + wo.y`, `w = cosθi + cosθo`.
 //! - Lengths on the surface are in µm, wavelengths in nm at every interface.
-//! - The phase rate is `κ = 2πw/λ` in rad/µm. A tile of `Lx` by `Ly` has the order amplitudes
+//! - The phase rate is `κ = 2πw/λ` in rad/µm, with λ in µm. A tile of `Lx` by `Ly` has the order amplitudes
 //!   `c_j(κ) = mean over the tile of exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))`, with a positive sign of the exponent.
 //!   Order `j = (jx, jy)` leaves at `u = λ·jx/Lx`, `v = λ·jy/Ly`. Order 0 of a flat tile has the amplitude 1.
 //! - Bins of a two-dimensional transform are stored `[jy][jx]`, non-negative orders first (FFT order).

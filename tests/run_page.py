@@ -1,6 +1,8 @@
 """Runs the blocks of one page in order, in the current folder: `python run_page.py STEPS.json`.
 
-Blocks of Python share a namespace, like cells of a notebook. `target` in the folder is a link to the checkout's.
+test_docs.py writes the file: `page` is the page's path, `steps` a list of [kind, line on the page, text]. The kinds are
+those of KINDS. Blocks of Python share a namespace, like cells of a notebook. `target` in the folder is a link to the
+checkout's. A block that fails ends the program with its text and the reason.
 """
 
 import json
@@ -9,20 +11,28 @@ import subprocess
 import sys
 from pathlib import Path
 
-# Relative difference of a page's numbers, which other machines round differently.
+# Accepted relative difference of a page's numbers, which other machines round differently. Numbers below 1e-3 have
+# the tolerance of 1e-3.
 RTOL = 1e-3
-# Parts of outputs that change from run to run.
+# Words that mark lines of output which change from run to run.
 VARIES = re.compile(r"seconds|origin|adapter|version")
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
+# Arguments of compilers for the C library of the last build.
 C_FLAGS = ["-Wall", "-Wextra", "-Werror", "-I", "target/c_abi/include"]
 C_LINK = ["-L", "target/c_abi/lib", "-lsunbeam", "-Wl,-rpath,target/c_abi/lib", "-lpthread", "-lm"]
+# Compilers by language.
 COMPILERS = {"c": ["cc", "-std=c11"], "cpp": ["c++", "-std=c++17"]}
 
+# Names that blocks of Python have defined.
 namespace = {"__name__": "__main__"}
 
 
 def shell(text, *options, check=True):
+    """Runs commands by Bash with `options`, prints their output and returns it, with that on stderr at the end.
+
+    Fails for an exit status other than 0 if `check` is true.
+    """
     done = subprocess.run(["bash", *options, "-c", text], capture_output=True, text=True)
     print(done.stdout + done.stderr, flush=True)
     if check and done.returncode:
@@ -62,6 +72,7 @@ def compare(shown, found):
 
 
 def run_console(text, _line):
+    """Runs the commands and compares their outputs. A command with a shown error of `sunbeam` may fail."""
     for command, shown in commands(text):
         refused = bool(shown) and shown[-1].startswith("sunbeam: ")
         found = shell(command, "-eu", check=not refused)
@@ -70,26 +81,28 @@ def run_console(text, _line):
 
 
 def run_c(language, text, line):
+    """Compiles C or C++, and runs it if it has a `main`. A comment at the start may name the file."""
     named = re.match(r"(?:/\*|//) (\S+\.(?:c|cpp))\b", text)
     source = Path(named[1] if named else f"block-{line}.{language}")
     source.write_text(text)
     compiler = [*COMPILERS[language], *C_FLAGS, str(source)]
     if re.search(r"\bmain\s*\(", text):
         program = f"./{source.stem}-{language}"
-        shell_words([*compiler, "-o", program, *C_LINK])
-        shell_words([program])
+        execute([*compiler, "-o", program, *C_LINK])
+        execute([program])
     else:
-        shell_words([*compiler, "-fsyntax-only"])
+        execute([*compiler, "-fsyntax-only"])
 
 
-def shell_words(words):
+def execute(words):
+    """Runs a program with arguments and prints its output. Fails for an exit status other than 0."""
     done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     print(done.stdout, flush=True)
     assert done.returncode == 0, f"{words[0]}: exit status {done.returncode}"
 
 
 def run_xml(text, _line):
-    """Loads a scene, or a part of one inside a shape."""
+    """Loads a scene in Mitsuba with the plugin, or a part of a scene inside a shape."""
     import mitsuba as mi
 
     if mi.variant() is None:
@@ -102,7 +115,7 @@ def run_xml(text, _line):
 
 
 def run_json(text, _line):
-    """Parses one document, or one a line."""
+    """Parses one document, or one in each line."""
     try:
         json.loads(text)
     except json.JSONDecodeError:
@@ -111,6 +124,7 @@ def run_json(text, _line):
 
 
 def run_toml(text, _line):
+    """Parses a document."""
     if sys.version_info >= (3, 11):
         import tomllib
     else:
@@ -119,10 +133,12 @@ def run_toml(text, _line):
 
 
 def run_python(text, line):
+    """Runs Python in the shared namespace."""
     # Tracebacks show the page's line numbers.
     exec(compile("\n" * line + text, PAGE, "exec"), namespace)
 
 
+# Functions of the text and the line that run a block, by its kind.
 KINDS = {
     "python": run_python,
     "sh": lambda text, _line: shell(text, "-euo", "pipefail"),
@@ -135,13 +151,15 @@ KINDS = {
 }
 
 if __name__ == "__main__":
-    page = json.loads(Path(sys.argv[1]).read_text())
-    PAGE = page["page"]
-    for kind, line, text in page["steps"]:
+    task = json.loads(Path(sys.argv[1]).read_text())
+    # Path of the page.
+    PAGE = task["page"]
+    for kind, line, text in task["steps"]:
         try:
             KINDS[kind](text, line)
         except BaseException as error:
             print(f"\n{PAGE}:{line}: {kind}:\n{text}", flush=True)
+            # The message of an assertion says all; other errors need the traceback.
             if not isinstance(error, AssertionError):
                 raise
             sys.exit(str(error))

@@ -69,7 +69,7 @@ def figures() -> dict:
 
 def surfaces() -> dict[str, tuple]:
     """Arguments of `sunbeam render` for the scans that are present and for the presets, by name."""
-    # Scans are repeated, since all methods but `table` need a tile.
+    # Scans are repeated as tiles, since all methods but `table` need a periodic relief.
     scans = {
         f"scan of {species}": ("--height-field", path, "--tiling", "periodic")
         for species, path in SCANS.items()

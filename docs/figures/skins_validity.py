@@ -203,6 +203,7 @@ def figures() -> dict | None:
         "forms": [form.name for form in FORMS],
         "wavelengths_nm": list(WAVELENGTHS_NM),
         "reach_deg": REACH_DEG,
+        # Resolution of the judge's answers.
         "cutoff_per_um": RESOLUTION.cutoff_per_um,
         "nodes": RESOLUTION.nodes,
         "rows": rows,

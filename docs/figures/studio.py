@@ -42,7 +42,7 @@ SUN = Light(sun="directional", sky_radiance=0)
 # Factor on the quadrilaterals of the snake's mesh in each direction. With 1 it has about as many faces as that of
 # Single 2014, a thesis.
 RESOLUTION = 1.0
-# Refractive index η + ik of aluminium in the visible, one value for all wavelengths.
+# Refractive index η + ik of aluminium near the middle of the visible range, rounded; one value for all wavelengths.
 ALUMINIUM = {"eta": 1.0, "k": 6.9}
 
 

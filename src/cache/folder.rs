@@ -28,7 +28,7 @@ pub(super) enum KeepError {
 pub(super) fn read<T: DeserializeOwned>(folder: &Path, key: &Key) -> Option<T> {
     let path = folder.join(key.file_name());
     let tables = decode(key, &fs::read(&path).ok()?)?;
-    // The modification time serves as the time of last use. If setting it fails, the entry is removed too early.
+    // The modification time serves as the time of last use. If setting it fails, the entry may be removed too early.
     if let Ok(file) = File::options().append(true).open(&path) {
         let _ = file.set_modified(SystemTime::now());
     }

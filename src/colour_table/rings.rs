@@ -32,7 +32,7 @@ const KNOTS_PER_FEATURE: f64 = 1.3;
 /// scan spreads order zero over all directions, and that light does not fall as w² near the horizon. Larger values
 /// resolve less of the horizon; smaller ones take more knots.
 pub(super) const W_LOG: f64 = 0.02;
-/// Smallest number of intervals between knots. Even the F of a flat relief may change with w, by the interface's
+/// Smallest number of intervals between knots. Even the colour of a flat relief may change with w, by the interface's
 /// reflectance.
 const INTERVALS_MIN: usize = 3;
 /// Largest number of intervals between knots. It bounds a table's size, and is reached by reliefs deeper than 350 µm.
@@ -74,7 +74,7 @@ impl RingPlan {
 
     /// Values of w of the [`RingPlan::w_count`] samples, ascending: one at each knot, and one more in the first and the
     /// last interval, at any place within it. The sample of knot 0 is moved up by a tenth of an interval, since the
-    /// scaled F of `fit.rs` may be 0/0 at w = 0.
+    /// scaled colour of `fit.rs` may be 0/0 at w = 0.
     pub(super) fn sampled_w(&self) -> Vec<f64> {
         let last = self.intervals as f64;
         let mut positions: Vec<f64> = (0..=self.intervals).map(|i| i as f64).collect();
@@ -162,7 +162,7 @@ impl Rings {
         Self { inner_spacing, growth, rings }
     }
 
-    /// Number of words of all coefficients.
+    /// Number of 32-bit words of all spline coefficients; a word holds red, green and blue (`pack.rs`).
     pub(super) fn words(&self) -> usize {
         self.rings.iter().map(|ring| ring.directions * ring.w_count()).sum()
     }

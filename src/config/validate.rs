@@ -1,5 +1,5 @@
 //! Ranges of the parameters, and combinations that contradict each other. `theory.rs` and `transmission.rs` refuse what
-//! contradicts theirs.
+//! contradicts the parameters `theory` and `transmission`.
 
 use super::{Accepted, COVER_ETA, ConfigError, ETA, K, RELATIVE_SIZE, Source, SurfaceConfig, Theory};
 use crate::height_field::{MAX_LENGTH_UM, Preset, REGION_SIZE_UM, REGION_SPREAD};

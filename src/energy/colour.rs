@@ -66,21 +66,21 @@ impl ColourAlbedoTable {
         // A group is a set of values that are integrated over one set of wavelengths. The bands share theirs, so there
         // is one group, and its position, the argument, does not matter.
         let group = |_| bands(wavelengths);
-        let nodes = Builder::new(&integral, 1, &group).build(grid, progress);
         let cells = cells as usize;
-        let words = (0..cells * cells).flat_map(|i| {
-            // Bits of a node of cell i, `dx` and `dy` steps from its first corner.
-            let corner = |band: usize, dx: usize, dy: usize| match &nodes {
-                Some(nodes) => bf16_above(nodes.values[(i / cells + dy) * grid.side() + i % cells + dx][band]),
-                // Nothing is divided.
-                None => 0,
-            };
-            std::array::from_fn::<u32, WORDS, _>(|w| match w / 2 {
-                band if band < BANDS => corner(band, 0, w % 2) | corner(band, 1, w % 2) << 16,
-                _ => 0,
-            })
-        });
-        Some(Self { layout, words: words.collect() })
+        // All words stay zero where nothing is divided.
+        let mut words = vec![0; WORDS * cells * cells];
+        if let Some(nodes) = Builder::new(&integral, 1, &group).build(grid, progress) {
+            // Bits of a band's value at the grid node in column x and row y.
+            let bits = |x: usize, y: usize, band: usize| bf16_above(nodes.values[y * grid.side() + x][band]);
+            for (i, cell) in words.chunks_exact_mut(WORDS).enumerate() {
+                let (x, y) = (i % cells, i / cells);
+                for band in 0..BANDS {
+                    cell[2 * band] = bits(x, y, band) | bits(x + 1, y, band) << 16;
+                    cell[2 * band + 1] = bits(x, y + 1, band) | bits(x + 1, y + 1, band) << 16;
+                }
+            }
+        }
+        Some(Self { layout, words })
     }
 
     /// Dimensions of the table.

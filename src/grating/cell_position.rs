@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn reversed_waves_have_mirrored_positions() {
-        // Reversed, order m becomes the incident wave: a → −(a + m). Rounding only.
+        // Reversed, order m becomes the incident wave: a → −(a + m). Positions differ by rounding alone.
         for (t, a, m) in [(3.3, 0.4, 1.0), (3.3, -1.7, 2.0), (0.4, 0.1, 0.0), (6.6, -6.1, 12.0)] {
             let (there, back) = (CellPosition::<Double>::new(t, a), CellPosition::<Double>::new(t, -a - m));
             assert_eq!(there.cell, back.cell);

@@ -53,11 +53,12 @@ pub struct ColourSurface {
     reference: Option<ComplexIndex>,
     table: ColourTable,
     sampler: ColourSampler,
-    /// Albedos of bands; `None` where nothing is divided, for several sizes, and for a transparent body.
+    /// Albedos of the bands red, green and blue; `None` where nothing is divided, for several sizes, and for a
+    /// transparent body.
     albedo: Option<ColourAlbedoTable>,
     /// Albedos by wavelength, of several sizes ([`Options::sizes`]) or of a transparent body.
     albedo_by_wavelength: Option<AlbedoTable>,
-    /// Band means of R/R0; `None` for one size, and if the ratio is 1.
+    /// Means of R/R0 over the bands, which correct a resized relief; `None` for one size, and if the ratio is 1.
     ratio: Option<BandRatio>,
     report: ColourSurfaceReport,
 }
@@ -123,7 +124,8 @@ impl ColourSurface {
             Albedos::build(field, options, &spectral, &albedo_progress)?;
         // Frees the memory before the sampler is built.
         drop(spectral);
-        // Only resized reliefs need the correction. Only an index that varies over wavelengths has a ratio unlike 1.
+        // Only for a resized relief is the table read at another half vector than that of the directions, which
+        // `BandRatio` corrects. Only an index that varies over wavelengths has a ratio other than 1.
         let band_ratio = match (index, options.sizes) {
             (Some(SpectralIndex::Sampled(_)), Some(_)) => Some(BandRatio::new(&BandRatio::band_weights()?, ratio)),
             _ => None,
@@ -164,8 +166,8 @@ impl ColourSurface {
         &self.sampler
     }
 
-    /// Albedos of bands, by which the reflectance is divided. `None` where nothing is divided, and where albedos are by
-    /// wavelength: for several sizes and for a transparent body.
+    /// Albedos of the bands red, green and blue, by which the reflectance is divided. `None` where nothing is divided,
+    /// and where albedos are by wavelength: for several sizes and for a transparent body.
     pub fn albedo(&self) -> Option<&ColourAlbedoTable> {
         self.albedo.as_ref()
     }

@@ -30,7 +30,9 @@ pub(super) struct FilmTable {
 impl Method for FilmTable {
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
         let albedo = self.albedo.as_ref().map(AlbedoTable::view::<f32>);
-        colour_at_body(self.body, &self.table.view::<f32>(), albedo.as_ref(), None, [wi, wo], true)
+        // The relief has the size of its table, and the only lane is active.
+        let (size, active) = (None, true);
+        colour_at_body(self.body, &self.table.view::<f32>(), albedo.as_ref(), size, [wi, wo], active)
     }
 
     fn answer_spectral(&self, _wi: [f32; 3], _wo: [f32; 3], _wavelength_nm: f32) -> Option<f32> {

@@ -1,6 +1,7 @@
 //! FLSS, full lambda spectral sampling (Dhillon et al. 2014, docs/model.md#sources).
 //!
-//! `relief_rgb(q) = Σ_i S(f; κ)/λ_i² · weight_i` over wavelengths λ_i in equal steps, with the weights of colours.rs.
+//! `relief_rgb(q) = Σ_i S(f; κ)/λ_i² · weight_i` over wavelengths λ_i in equal steps. `weight_i` is the quadrature
+//! weight for linear sRGB (colours.rs).
 //!
 //! `q = wi + wo = (u, v, w)` is the scattering vector, `f = (u, v)/λ_i` the spatial frequency and `κ = 2πw/λ_i` the
 //! phase rate. S is the power spectrum in µm² of the patch model (docs/model.md#the-reflectance), computed from a

@@ -41,7 +41,8 @@ const WEIGHT_NODES_TAU: u32 = 96u;
 const WEIGHT_NODES_NU: u32 = 256u;
 // Number of nodes of the table of order 0 along each axis.
 const ORDER_ZERO_NODES: u32 = 48u;
-// Smallest divisor, of any unit, which keeps quotients finite; smaller than DIVISOR_MIN of common.wgsl.
+// Smallest divisor: of lengths of directions' sums, squared direction cosines, and frequencies in cycles/µm. The Rust
+// counterpart is DIVISOR_MIN in colour_tables.rs, with its reason.
 const GRATING_DIVISOR_MIN: f32 = 1e-9;
 
 // Numbers of a grating and layout of its tables; counterpart of `GratingUniform` in grating.rs.
@@ -217,15 +218,16 @@ fn line_of(q: vec2<f32>) -> Line {
     let reach = REACH * grating.sigma_per_um;
     let low = (length * (NU_MIDDLE - NU_HALF) - reach) / per_order;
     let high = (length * (NU_MIDDLE + NU_HALF) + reach) / per_order;
-    // Orders beyond ±`most` never propagate. Bounds one beyond them leave an empty range empty.
+    // Orders beyond ±`most` never propagate. Where the range has no other orders, first exceeds last.
     let most = grating.orders;
     let first = clamp(ceil(low), -most, most + 1.0);
     let last = clamp(floor(high), -most - 1.0, most);
     return Line(length, direction, sign, first, last);
 }
 
-// Contribution of an order to 2πσ²·f_r; `gauss` is exp(-b_m²/2). Both directions are moved by half of the distance to
-// the order, so that it leaves exactly (src/grating/lobe.rs). x_difference is wo.x - wi.x, and y half of wi.y - wo.y.
+// Contribution of an order to 2πσ²·f_r; `gauss` is exp(-b_m²/2). The efficiency is that of directions which fulfil the
+// grating equation: both are moved by half of the distance to the order (src/grating/lobe.rs). x_difference is
+// wo.x - wi.x, and y half of wi.y - wo.y.
 fn order_colour(order: f32, nu_m: f32, gauss: f32, tau: f32, x_difference: f32, y: f32) -> vec3<f32> {
     let visible_nu = clamp(nu_m, NU_MIDDLE - NU_HALF, NU_MIDDLE + NU_HALF);
     let periods = visible_nu * grating.period_um;

@@ -17,6 +17,9 @@
 //! axis, with a standard deviation of `sigma` orders. The powers `P_j` are tabulated over uniform intervals in κ and
 //! interpolated linearly. In code, the *numbers* of an order are jx and jy; its *indices*, which count from 0, are the
 //! numbers plus `origin`.
+//!
+//! A [`Passage`] holds the incident direction and the side on which light leaves. A [`Reading`] holds the wavelength;
+//! for a resized relief, also that in κ_j, and a factor by which orders are narrower than `sigma`.
 
 use super::node_power;
 use crate::numeric::math::{NORMAL_QUANTILE_MAX, bf16_pair, normal_quantile};
@@ -102,13 +105,14 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> 
     let axes = axes(table);
     let intervals = ((table.kappa_max() / table.kappa_step()).ceil() as usize).clamp(INTERVALS_MIN, INTERVALS_MAX);
     let interval_width = table.kappa_max() / intervals as f64;
-    // One curve per quadrature point, over all intervals.
+    // One curve for the κ of each quadrature point, over all intervals. It evaluates the power of any order.
     let curves: Vec<NodeCurve> = (0..intervals * POINTS_PER_INTERVAL)
         .map(|i| NodeCurve::new(table, (i as f64 + 0.5) / POINTS_PER_INTERVAL as f64 * interval_width))
         .collect();
     let mut words = vec![0u32; intervals * (axes[0].nodes * axes[1].nodes) as usize];
     for (jx, jy, record) in table.kept_nodes() {
         let f = [jx as f64 / axes[0].period_um, jy as f64 / axes[1].period_um];
+        // The power is zero where the relief's pixels do not resolve the frequency.
         if !table.is_resolved(f) {
             continue;
         }
@@ -145,6 +149,7 @@ fn power_at_end(powers: &[f64], end: usize) -> f64 {
 #[derive(Clone, Copy)]
 pub(super) struct OrdersView<N: Numbers> {
     pub layout: OrdersLayout,
+    /// Table data, in the layout's order.
     pub words: N::Words,
 }
 
@@ -177,7 +182,8 @@ struct Position<N: Numbers> {
 }
 
 impl<N: Numbers> OrdersView<N> {
-    /// See [`super::SamplerView::density`].
+    /// Density of [`OrdersView::draw`] over the plane of tangential wave vectors; zero where `active` is false.
+    /// `outgoing` is a result of `draw`.
     #[inline(always)]
     pub(super) fn density(
         &self,
@@ -220,7 +226,8 @@ impl<N: Numbers> OrdersView<N> {
         N::Real::select(has_weight, peak * density / divisor, lit(0.0))
     }
 
-    /// See [`super::SamplerView::draw`].
+    /// Draws the tangential part of an outgoing wave vector, times [`Passage::turn`]. `u` and `v` are random numbers
+    /// in [0, 1). The mask is false where no order has a weight, and where `active` is false.
     #[inline(always)]
     pub(super) fn draw(
         &self,
@@ -352,6 +359,7 @@ impl<N: Numbers> OrdersView<N> {
         let visible = visible_fraction(s, incidence.width_squared);
         let cos_o = (passage.outgoing_squared - sin_squared).max(incidence.cos_squared_min).sqrt();
         let w = passage.normal + cos_o;
+        // Through a transparent body `normal` is negative, and w may vanish.
         let w = passage.divisor_min.map_or(w, |least| w.abs().max(lit(least)));
         // κ_j in intervals.
         let position = w * incidence.kappa_per_w * lit(self.layout.intervals_per_kappa);

@@ -11,8 +11,8 @@ pub struct ComplexIndex {
     pub k: f64,
 }
 
-/// Largest `k/eta` of a dielectric. Chosen: keratin with melanin stays below 0.05, metals lie above 1. Larger values
-/// would count strong absorbers as dielectrics, for which the small-slope factor is used by default.
+/// Largest `k/eta` of a dielectric. Chosen: keratin with melanin stays below 0.05, metals lie above 1. A larger value
+/// would count strong absorbers as dielectrics, and dielectrics have the small-slope factor by default.
 const DIELECTRIC_MAX: f64 = 0.1;
 
 impl ComplexIndex {
@@ -91,8 +91,7 @@ impl SpectralIndex {
             Self::Constant(index) => return *index,
             Self::Sampled(samples) => samples,
         };
-        // Position of the first sample at or above the wavelength, which lies between it and the sample before. Beyond
-        // the ends, one of the two is missing.
+        // The wavelength lies between the samples `below` and `above`. Beyond the ends, one of the two is missing.
         let above = samples.partition_point(|(nm, _)| *nm < wavelength_nm);
         let below = above.checked_sub(1).and_then(|i| samples.get(i));
         let (Some(&(low_nm, low)), Some(&(high_nm, high))) = (below, samples.get(above)) else {

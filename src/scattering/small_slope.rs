@@ -164,7 +164,7 @@ pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<C
     };
     let ComplexIndex { eta, k: absorption } = index;
     let (eps_re, eps_im) = (eta * eta - absorption * absorption, 2.0 * eta * absorption);
-    // Terms of the outgoing and of the incident direction, without and with the mark 0 in the formulas.
+    // Terms of the outgoing and of the incident direction; the latter have the index 0 in the formulas.
     let (o, i) = (Terms::new(q, index, [eps_re, eps_im]), Terms::new(q0, index, [eps_re, eps_im]));
     // Real and imaginary part of t t0 cosφ − ε k k0.
     let pp_re = (o.t[0] * i.t[0] - o.t[1] * i.t[1]) * cos - lit(eps_re) * sines;
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn swapped_directions_have_equal_amplitudes() {
+    fn swapped_directions_have_equal_magnitudes() {
         const ROUNDING: f64 = 1e-12;
         let mut random = Random::new(8);
         for index in indices() {

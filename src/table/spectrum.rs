@@ -5,6 +5,7 @@
 //! - `t`: taper of an aperiodic scan; 1 where the tile repeats.
 //! - `s`: standard deviation of the coherence window in µm.
 //! - `x`, `τ`: position and lag in µm.
+//! - `S`, `norm`: power density in µm², and its factor on the interpolated nodes ([module](super)).
 //!
 //! The node values are
 //!
@@ -64,7 +65,7 @@ pub struct Spectrum {
     tapers: Option<(Vec<f64>, Vec<f64>)>,
     /// Divisor of node powers that makes the total of S one ([`total_power`]); 1 where the tile repeats.
     total_power: f64,
-    /// Factor `norm` of `S` in µm².
+    /// `norm` in µm².
     norm: f64,
     /// Numbers of pixels along x and y of the grid on which the screen is transformed; padded for an aperiodic scan.
     screen_grid: (usize, usize),
@@ -124,7 +125,7 @@ impl Spectrum {
         self.model.quantity()
     }
 
-    /// Factor `norm` of `S` in µm².
+    /// Factor in µm² that makes the nodes' powers a density `S` over frequency.
     pub fn norm(&self) -> f64 {
         self.norm
     }
@@ -277,8 +278,8 @@ fn total_power((tx, ty): &(Vec<f64>, Vec<f64>), model: Model, (dx_um, dy_um): (f
     }
 }
 
-/// Factor `norm` of `S` in µm², for a window of the standard deviation `s_um`. A patch's S is a squared sum, divided by
-/// the power of the window, `∫ exp(−|x|²/s²) d²x = πs²`.
+/// `norm` in µm², for a window of the standard deviation `s_um`. A patch's S is a squared sum, divided by the power of
+/// the window, `∫ exp(−|x|²/s²) d²x = πs²`.
 fn norm(lattice: &Lattice, model: Model, s_um: f64) -> f64 {
     // Reciprocal of the kernel's integral over frequency, in µm².
     let [x, y] = [&lattice.x, &lattice.y].map(|axis| axis.period_um / axis.kernel.transform(0.0));

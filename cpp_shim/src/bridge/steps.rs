@@ -16,7 +16,8 @@ impl Surface {
         // At the shortest wavelength, where orders are narrowest and knots densest in direction cosines.
         let shortest_um = WAVELENGTH_MIN_NM * 1e-3;
         // Standard deviation of an order in direction cosines x and y, and distance of the tables' knots in the sum of
-        // cosines w = cosθi + cosθo = λκ/2π, with the phase rate κ. Tables of gratings have no knots in it.
+        // cosines w = cosθi + cosθo = λκ/2π, with the phase rate κ. Tables of gratings have no knots in w; their
+        // distance is then 1, the largest that is used.
         let (order_sigma, knot_step) = match &self.tables {
             Tables::Spectral(tables) => {
                 let layout = &tables.0.layout().table;
@@ -25,8 +26,8 @@ impl Surface {
             }
             Tables::Colours(tables) => {
                 let table = tables.0.table();
-                let most_knots = table.rings().map(|ring| f64::from(ring.knots_per_w)).fold(1.0, f64::max);
-                ([shortest_um * table.report().order_sigma_per_um; 2], 1.0 / most_knots)
+                let knots_per_w_max = table.rings().map(|ring| f64::from(ring.knots_per_w)).fold(1.0, f64::max);
+                ([shortest_um * table.report().order_sigma_per_um; 2], 1.0 / knots_per_w_max)
             }
             Tables::Grating(tables) => ([shortest_um * tables.0.layout().sigma_per_um; 2], 1.0),
             Tables::GratingColours(tables) => ([shortest_um * tables.0.grating().layout().sigma_per_um; 2], 1.0),

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 
 /// Accepted magnitudes of the index. At smaller ones the squared wave number in the medium, κm² (`lib.rs`), nearly
 /// vanishes for light across the grooves. The response of the medium is singular at κm² = 0. At larger magnitudes the
-/// nodes along the curve do not resolve the skin depth.
+/// nodes along the relief's cross-section do not resolve the skin depth.
 const INDEX_RANGE: RangeInclusive<f64> = 1e-3..=100.0;
 
 /// The medium below the relief; above the relief is air, of index 1.

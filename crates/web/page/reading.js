@@ -14,7 +14,10 @@ const MAP_SIDE = 128;
 /** Side in pixels of a map that follows the pointer, small enough to be drawn for each of its movements. */
 export const DRAFT_SIDE = 48;
 
-/** Draws the map for light from `wi`, with `side` pixels along each side. */
+/**
+ * Draws the map for light from `wi`, with `side` pixels along each side. Of the calls during a run, only the last one
+ * is made (latest.js).
+ */
 export const drawMap = onlyLatest(async (wi, side) => {
   const rgb = await mapOf(wi, side);
   if (!rgb) return;
@@ -26,7 +29,7 @@ export const drawMap = onlyLatest(async (wi, side) => {
   else views.map.mark(wi, null);
 });
 
-/** Promise of the map for light from `wi`: the `rgb` of map.js. Null if its data are not built yet. */
+/** Promise of the pixels of the map for light from `wi`, `rgb` in map.js. Null if the map's data are not built yet. */
 export function mapOf(wi, side) {
   const { engine } = page;
   if (page.adapter) return engine.map(wi, side);
@@ -69,7 +72,7 @@ export function readAt(wo) {
   readSpectrum();
 }
 
-/** Computes and shows the spectrum for page.wi and page.wo. A method may have no values by wavelength. */
+/** Computes and shows the spectrum at page.wi and page.wo. It is empty if the method has no values by wavelength. */
 const showSpectrum = onlyLatest(async () => {
   const values = await page.engine.spectrum(page.settings, page.wi, page.wo);
   page.spectrum = values;

@@ -58,7 +58,8 @@ impl MethodData {
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, WebError> {
         let refused = || WebError::Internal("these bytes are not those of a method".to_owned());
         let length: [u8; 4] = bytes.get(..4).and_then(|word| word.try_into().ok()).ok_or_else(refused)?;
-        let body = 4 + u32::from_le_bytes(length) as usize;
+        // Saturates instead of wrapping where a `usize` has 32 bits.
+        let body = (u32::from_le_bytes(length) as usize).saturating_add(4);
         let header = bytes.get(4..body).ok_or_else(refused)?;
         let header: Header = serde_json::from_slice(header).map_err(|_| refused())?;
         let buffers = header.storage.iter().try_fold(header.uniform, |sum, length| sum.checked_add(*length));

@@ -117,7 +117,7 @@ impl Artist {
         Ok(bytes)
     }
 
-    /// Replaces the job.
+    /// Replaces the job: camera, light, optics and size of the picture.
     pub(crate) fn set_job(&mut self, job: Job) {
         if self.progressive.set_job(&self.gpu, job) {
             self.map_side = None;

@@ -1,4 +1,7 @@
-"""Polynomials over two panels, one in each medium, collocated at Gauss points."""
+"""Vertical discretisation of the solver (solver.py): polynomials over two panels, collocated at Gauss points.
+
+The vertical coordinate s is 0 on the relief; one panel lies in each medium.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +16,9 @@ class Panels:
     """The lower panel [−below, 0] and the upper [0, above], lengths in µm.
 
     Each panel has `nodes` nodes at the extrema of a Chebyshev polynomial, which include its ends, and `nodes − 1` Gauss
-    points. Nodes and `points` ascend from the lower panel to the upper. The matrices `value` and `slope` map values at
-    all nodes to values and slopes at all points.
+    points. Both have a node at 0, where the solver equates their values. Nodes and `points` ascend from the lower panel
+    to the upper. The matrices `value` and `slope`, `[point, node]`, map values at all nodes to values and slopes at all
+    points.
     """
 
     below: float

@@ -1,6 +1,6 @@
-"""Powers of gratings' orders by NIST's SCATMECH, the package `pySCATMECH`, which uses rigorous coupled waves.
+"""Powers of gratings' orders by NIST's SCATMECH (the package `pySCATMECH`), a rigorous coupled-wave analysis.
 
-The mount may be conical. In metals the error is inverse to the number of waves, so two truncations tell the
+The mount may be conical. In metals the error is inverse to the number of waves, so two truncations show the
 convergence.
 """
 
@@ -17,7 +17,7 @@ REQUIREMENTS = REPOSITORY / "requirements-judges.lock"
 ORDERS = 30
 # Stokes parameters I and Q of s and of p.
 STATES = np.array([[1, 1], [1, -1]])
-# The package's values for reflected and for transmitted orders.
+# The package's values of `type` for reflected and for transmitted orders.
 REFLECTED, TRANSMITTED = 0, 1
 
 
@@ -36,15 +36,16 @@ def grating_model(
 
     `waves` are kept on either side of order 0. The grating, of the refractive index `index`, is turned by `azimuth_deg`
     about its normal. Light comes from a medium of the index `above`, in which the angle is measured; the wavelength is
-    that in vacuum. Raises SetupError without the package.
+    that in vacuum. `side` is REFLECTED or TRANSMITTED. Raises SetupError without the package.
     """
     try:
         from pySCATMECH.rcw import RCW_Model
     except ImportError as error:
         raise SetupError(f"needs pySCATMECH: run `.venv/bin/pip install -r {REQUIREMENTS.name}`") from error
-    air, medium = f"({above!r},0)", f"({index.real!r},{index.imag!r})"
-    grating = {**profile, "period": repr(period_um), "medium_i": air, "medium_t": medium, "material": medium}
+    upper, lower = f"({above!r},0)", f"({index.real!r},{index.imag!r})"
+    grating = {**profile, "period": repr(period_um), "medium_i": upper, "medium_t": lower, "material": lower}
     light = {"lambda": repr(wavelength_nm * 1e-3), "thetai": repr(theta_deg), "rotation": repr(azimuth_deg)}
+    # The package takes the name of a model from the key `None`.
     return RCW_Model({None: "RCW_Model", "order": str(waves), "type": str(side), **light, "grating": grating})
 
 

@@ -47,6 +47,7 @@ fn sheet_um(t: f64) -> f64 {
 /// the gap between them is a wedge; tips are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
     let t = t.max(0.0);
+    // Half the width of fingers that touch.
     let closed = closed(FLANK);
     // The wedge opens as t^(3/4), by square roots, which are the same on every machine.
     let wedge = closed - (0.5 * FLANK + 0.06) * smooth_step(0.0, 0.05, t) - 0.28 * (t * t.sqrt()).sqrt();

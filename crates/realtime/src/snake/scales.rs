@@ -4,11 +4,14 @@
 //! scale times the factor [`SnakeOptions::relief`]. The *dome* is the height of a scale in its middle, and the *keel* a
 //! ridge along its axis. Both have random factors near 1 (`Traits` in lattice.rs).
 //!
-//! The scale comes out from under two scales nearer to the head, one on its left and one on its right. The coordinate x
-//! is 0 on the foot of the left scale, and 1 at the tip of the covered scale. It follows from the gauge in the
-//! coordinates of the left scale, a measure of the distance from its centre (lattice.rs): `x = (gauge − 1)/(gauge(2, 1)
-//! − 1)`. In these coordinates the covered scale has its centre at (1, 1) and its tip at (2, 1), apart from random
-//! displacements. The coordinate y is that of the right scale.
+//! A scale comes out from under two *upper scales* nearer to the head, one on its left and one on its right. The *foot*
+//! of an upper scale is the curve along which it ends on the scale below. The *gauge* in the coordinates of a scale
+//! (lattice.rs) measures the distance from its centre, and is 1 on its foot.
+//!
+//! The coordinate x grows from 0 on the foot of the left upper scale to 1 at the tip of the covered scale. It is
+//! `(gauge − 1)/(gauge(2, 1) − 1)`, with the gauge of the left upper scale. In that scale's coordinates the covered
+//! scale has its centre at (1, 1) and its tip at (2, 1), apart from random displacements. The coordinate y is defined
+//! likewise for the right upper scale.
 
 use glam::DVec2;
 
@@ -83,20 +86,20 @@ impl Scales {
 
     /// Height in cm of scale (i, j) over the smooth skin at a point of the lattice, continued beyond the scale's edges.
     ///
-    /// The height is 0 on the feet of the two scales nearer to the head, so that the scale stays below them there.
+    /// The height is 0 on the feet of the two upper scales, so that the scale stays below them there.
     pub(super) fn height_cm(&self, (i, j): (i64, i64), point: DVec2) -> f64 {
         let traits = self.lattice.traits((i, j));
-        let distance_from_foot =
-            |above: (i64, i64)| (self.lattice.local(above, point).gauge() - 1.0) / (self.gauge_at_next_tip - 1.0);
-        let (x, y) = (distance_from_foot((i - 1, j - 1)), distance_from_foot((i - 1, j + 1)));
+        let from_foot =
+            |upper: (i64, i64)| (self.lattice.local(upper, point).gauge() - 1.0) / (self.gauge_at_next_tip - 1.0);
+        let (x, y) = (from_foot((i - 1, j - 1)), from_foot((i - 1, j + 1)));
         let across = self.lattice.local((i, j), point).across;
         let keel = self.keel * traits.keel * KEEL / (1.0 + (across / KEEL_WIDTH).powi(2));
         self.unit_cm * (DOME * traits.height + keel) * rise(x) * rise(y)
     }
 }
 
-/// Height profile from the foot of a scale nearer to the head (x = 0) to the tip (1), with the value 1 in the middle of
-/// the scale. Its slope is 0 at the foot, so that normals are continuous there.
+/// Height profile from the foot of an upper scale (x = 0) to the tip (1), with the value 1 in the middle of the scale.
+/// Its slope is 0 at the foot, so that normals are continuous there.
 fn rise(x: f64) -> f64 {
     let profile = |x: f64| x * x / (x * x + RISE * RISE) * (1.0 - FALL * x).max(0.0);
     profile(x) / profile(MIDDLE)

@@ -16,7 +16,7 @@ pub(super) struct Style {
     pub tab_cells: bool,
 }
 
-/// A line of numbers and its number in the file, from 1.
+/// Number of a line in the file, from 1, and its text.
 pub(super) type Line<'a> = (usize, &'a str);
 
 /// All numbers of a text, line by line.
@@ -43,7 +43,7 @@ impl Table {
 
 /// Whether a line consists of numbers, whatever the separators and the decimal mark.
 pub(super) fn is_numeric(line: &str) -> bool {
-    let words = || words_of(line).flat_map(|cell| cell.split(',')).filter(|word| !word.is_empty());
+    let words = || words_of(line).flat_map(|word| word.split(',')).filter(|word| !word.is_empty());
     words().next().is_some() && words().all(|word| number(word).is_some())
 }
 
