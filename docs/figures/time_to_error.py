@@ -159,7 +159,7 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
         if size != SIZES[0]:
             resize(scenes[name], SIZES[0])
             pictures[name] = [render(scenes[name], seed=3 + i).image for i in range(NOISE_PICTURES)]
-    # Objects that are not collected would be listed in the kernels of the next cell.
+    # Kernels of Dr.Jit include the code of every living BSDF of a class, so those of this cell are freed.
     scenes.clear()
     bsdfs.clear()
     gc.collect()

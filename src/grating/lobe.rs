@@ -227,8 +227,8 @@ impl<N: Numbers> GratingLobe<'_, N> {
     /// `n²·Σ_m g_m·K(f − f_m)/λ²` over the orders, with the index n of the medium of `wo`. `quantity` computes `R`
     /// quantities `g_m` of an order at once.
     ///
-    /// Both directions are moved by half of the distance to order m, so that the order leaves exactly. Exchanging the
-    /// directions therefore gives the reversed path, and the lobe is reciprocal.
+    /// Both directions are moved by half of the distance to order m, so that `wo` is exactly the direction of the
+    /// order. Exchanging the directions then gives the reversed path, and the lobe is reciprocal.
     #[inline(always)]
     fn sum_orders<const R: usize>(
         &self,
@@ -275,7 +275,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let inverse_sigma = 1.0 / (self.layout.period_um * self.layout.sigma_per_um);
         let [[in_x, in_y], [out_x, out_y]] = [wi, wo].map(|w| self.layout.efficiencies.tangential::<N>(w));
         let frequency_x = (in_x + out_x) * periods;
-        // Distance along y in standard deviations, equal for all orders.
+        // Distance from the orders along y in standard deviations, equal for all of them.
         let offset_y = N::narrow((in_y + out_y) * periods) * real(inverse_sigma);
         let reach = double(REACH / inverse_sigma);
         let first = (frequency_x - reach).ceil();
