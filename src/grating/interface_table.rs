@@ -67,8 +67,9 @@ impl InterfacePlan {
         // wavelengths, a wavelength has the cells of the next shorter one.
         let has_cell =
             |j: usize, in_air: bool, index: i32| index <= (2.0 * largest(j.saturating_sub(1), in_air)) as i32;
-        // Further orders of the medium at either end of a cell's range: tm − t, rounded up, with
-        // tm² = t² + (n² − 1)(d/λ)². It is largest at the cell's smallest t, s/2, and at the shortest wavelength.
+        // Orders that may propagate in the medium alone, at either end of those that propagate in the air: tm − t,
+        // rounded up, with tm² = t² + (n² − 1)(d/λ)². It is largest at the cell's smallest t, s/2, and at the shortest
+        // wavelength.
         let further_orders = |index: i32| {
             let t = 0.5 * f64::from(index.max(0));
             let tm = t.hypot(largest(0, false));
