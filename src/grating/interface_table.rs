@@ -111,6 +111,7 @@ impl InterfacePlan {
             progress.report(done as f64 / self.cells.len() as f64);
             let solved = SolvedCell::solve(cell, solver, &self.nm[..count], &extract, transposed)?;
             let items: Vec<_> = (0..count).into_par_iter().map(|j| pack(&solved, j)).collect();
+            // Longer wavelengths do not have the cell.
             let absent = std::iter::repeat_with(Vec::new);
             packed.iter_mut().zip(items.into_iter().chain(absent)).for_each(|(cells, items)| cells.push(items));
         }

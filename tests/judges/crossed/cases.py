@@ -65,7 +65,7 @@ SYNTHETIC_LIGHTS = [
 ]
 
 
-def kept(light: Light, orders: Orders) -> dict:
+def answer_row(light: Light, orders: Orders) -> dict:
     """The answer for one light as a row of the files of `answers/`."""
     return {
         "light": [light.wavelength_nm, light.theta_deg, light.phi_deg],
@@ -117,7 +117,7 @@ def answers(name: str) -> dict[str, list[Answer]]:
 
 
 def write(name: str, cases: dict[str, list[dict]]) -> None:
-    """Writes the rows of `kept` by case as the file `name`, with one line for each light, for readable diffs."""
+    """Writes the rows of `answer_row` by case as the file `name`, with one line for each light, for readable diffs."""
     blocks = []
     for key, rows in cases.items():
         lines = ",\n".join(json.dumps(row, separators=(",", ":")) for row in rows)
