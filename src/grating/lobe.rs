@@ -66,8 +66,8 @@ struct OrderAt<'a, N: Numbers> {
     efficiency: N::Real,
 }
 
-/// A grating's lobe. The grating may be the relief of a body that transmits, with light on both sides.
-pub(super) trait OnBody {
+/// A grating's lobe, on one side of a body that reflects or on both sides of one that transmits.
+pub(super) trait MayTransmit {
     /// Whether the body transmits light.
     fn transmits(&self) -> bool;
 }
@@ -78,7 +78,7 @@ pub(super) trait OnBody {
 /// - `choose` divides the uniform part, `u[0] < UNIFORM_FRACTION`, equally between the sides.
 /// - `probability` is ½ on either side, which callers multiply the mixture's density by. This suits the uniform part.
 ///   To cancel it, `density` returns twice the density of `draw`.
-impl<N: Numbers, T: OnBody> Sides<N> for T {
+impl<N: Numbers, T: MayTransmit> Sides<N> for T {
     #[inline(always)]
     fn accepts(&self, w: [N::Real; 3]) -> N::Mask {
         N::Real::lit(0.0).lt(if self.transmits() { w[2].abs() } else { w[2] })
@@ -96,7 +96,7 @@ impl<N: Numbers, T: OnBody> Sides<N> for T {
     }
 }
 
-impl<N: Numbers> OnBody for GratingLobe<'_, N> {
+impl<N: Numbers> MayTransmit for GratingLobe<'_, N> {
     fn transmits(&self) -> bool {
         self.layout.efficiencies.transmits()
     }
