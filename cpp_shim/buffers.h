@@ -22,7 +22,7 @@ namespace dr = drjit;
 /// Table data of a surface as Dr.Jit arrays of words, from which kernels gather. A word is a `u32`: an integer, or the
 /// bits of a single-precision number.
 ///
-/// Surfaces with the same tables share one copy in all variants of a backend, because these have the same `Float`.
+/// Surfaces with the same tables share one copy in all variants with the same `Float`.
 template <typename Float> class Buffers {
 public:
     /// Number of arrays of a surface: `Surface::words` in cpp_shim/src/bridge.rs describes them. Tables that a surface

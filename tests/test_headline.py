@@ -82,7 +82,7 @@ def test_ratios_are_within_a_round_and_per_pixel():
     # The machine slows down by round. The diffraction takes three times as long a pixel, on a quarter of the pixels.
     slowness = np.array([1, 1.5, 2, 4, 9.0])
     small, large = pictures(5, size=(4, 6)), pictures(5, size=(8, 12))
-    found = time_to_error.ways(
+    found = time_to_error.material_rows(
         {
             "x": [time_to_error.Render(image, 3 * slow, 6.0) for image, slow in zip(small, slowness)],
             REFERENCE: [time_to_error.Render(image, 4 * slow, 8.0) for image, slow in zip(large, slowness)],

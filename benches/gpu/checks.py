@@ -1,4 +1,4 @@
-"""Runs the checks of a part; prints each result at once and appends it to a file as a line of JSON."""
+"""Runs the checks of a part (`parts.py`); prints each result at once and appends it to a file as a line of JSON."""
 
 from __future__ import annotations
 

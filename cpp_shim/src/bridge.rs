@@ -174,7 +174,8 @@ mod ffi {
     }
 }
 
-// Functions that the module `ffi` declares and documents, except `steps` (steps.rs).
+// Functions that the module `ffi` declares and documents, except `steps` (steps.rs). They call the generic code of
+// answer.rs (`answer`, `direction`, `matrix`).
 impl Surface {
     fn is_rigorous(&self) -> bool {
         self.recipe.config.theory == Theory::Rigorous

@@ -138,7 +138,8 @@ def white_spot(maps: Maps, panels: list[Panel]) -> dict:
             linear /= linear.max()
             # A pixel's side is 2/size. The radius is reduced by half of it, so that pixels are inside as a whole.
             inside = distance(panel.size, 0.0) < radius - 1 / panel.size
-            found[name] = float(np.hypot(*lab(linear[inside])[:, 1:].T).mean())
+            a, b = lab(linear[inside])[:, 1:].T
+            found[name] = float(np.hypot(a, b).mean())
     return found
 
 

@@ -1,9 +1,9 @@
 """Part `stability` of the documentation (page.py): errors for deep reliefs and grazing directions.
 
-It also has random evaluations in Mitsuba, *questions* (questions.py). Symbols: κ is the wave number along the normal
-and H half the range of heights, so κH is the largest phase in radians. S is the power density of the tables
-(docs/tables.md). *Taylor* and *Chebyshev* are series for the phase screen, and FLSS is a method that uses them
-(docs/model.md). A *point* of the report has the errors at one κH, or at one angle of incidence.
+It also has random evaluations in Mitsuba, *questions* (questions.py). Symbols: κ is the phase rate and H half the range
+of heights, so κH is the largest phase in radians. S is the power density of the tables (docs/tables.md). *Taylor* and
+*Chebyshev* are series for the phase screen, and FLSS is a method that uses them (docs/model.md). A *point* of the
+report has the errors at one κH, or at one angle of incidence.
 """
 
 from __future__ import annotations
@@ -54,7 +54,8 @@ def figures(*words: str) -> dict:
     - `visible`: the first point at which Taylor's series in single precision is off by more than 1e-3;
     - `dead_f32`, `dead_f64`: the first points at which it is off by more than 1, the largest amplitude, in single and
       in double precision;
-    - `worst`, `flss_worst`: the largest errors of Chebyshev's series and the tables, and of FLSS;
+    - `worst`, `flss_worst`: the largest value over κH of Chebyshev's errors and the tables' `table_p99`, and of
+      `flss_p99`;
     - `refused`: the first κH at which FLSS refuses Taylor's series, or `None`.
     """
     report = json.loads(sunbeam("bench", "--what", "stability", *words))

@@ -137,7 +137,7 @@ def resize(scene: mi.Scene, size: tuple[int, int]) -> None:
 
 
 def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> dict:
-    """Measures a cell in about `budget_s` seconds; `ways` has the numbers of each material, by the function `ways`.
+    """Measures a cell in about `budget_s` seconds; `ways` has the result of `material_rows`.
 
     The order of the steps: BSDFs and scenes of all materials are loaded, the size of each material's pictures is
     chosen, rounds are timed, and materials with larger pictures are rendered at the smallest size for their errors.
@@ -159,7 +159,7 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
         if size != SIZES[0]:
             resize(scenes[name], SIZES[0])
             pictures[name] = [render(scenes[name], seed=3 + i).image for i in range(NOISE_PICTURES)]
-    # Objects that are not collected would be listed in the kernels of the next cell.
+    # Kernels of Dr.Jit include every living BSDF of the variant, so those of this cell are freed before the next.
     scenes.clear()
     bsdfs.clear()
     gc.collect()
@@ -169,7 +169,7 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
         "variant": variant,
         "spp": scene.spp,
         "rounds": len(runs[REFERENCE]),
-        "ways": ways(runs, pictures),
+        "ways": material_rows(runs, pictures),
     }
 
 
@@ -203,7 +203,7 @@ def timed_rounds(scenes: dict[str, mi.Scene], budget_s: float) -> dict[str, list
     return runs
 
 
-def ways(runs: dict[str, list[Render]], pictures: dict[str, list[np.ndarray]]) -> list[dict]:
+def material_rows(runs: dict[str, list[Render]], pictures: dict[str, list[np.ndarray]]) -> list[dict]:
     """A row for each material from its timed renders and its pictures of the smallest size, relative to REFERENCE.
 
     `size` is that of the timed pictures. `mean` is the mean value of `pictures`, and errors are those of `noise`.
@@ -232,8 +232,8 @@ def ways(runs: dict[str, list[Render]], pictures: dict[str, list[np.ndarray]]) -
             }
         )
     wall_ratios, cpu_ratios = ratios(wall, REFERENCE), ratios(cpu, REFERENCE)
-    base = next(way for way in found if way["name"] == REFERENCE)
-    for way in found:
-        way["time_ratio"], way["cpu_ratio"] = wall_ratios[way["name"]], cpu_ratios[way["name"]]
-        way["error_time_ratio"] = way["seconds_to_error"] / base["seconds_to_error"]
+    base = next(row for row in found if row["name"] == REFERENCE)
+    for row in found:
+        row["time_ratio"], row["cpu_ratio"] = wall_ratios[row["name"]], cpu_ratios[row["name"]]
+        row["error_time_ratio"] = row["seconds_to_error"] / base["seconds_to_error"]
     return found

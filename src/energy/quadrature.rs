@@ -117,7 +117,8 @@ pub(super) fn in_panels<const PAIRS: usize>(
     let range = (high - low).max(0.0);
     let panels = (range / widest).ceil() as usize;
     let half_width = 0.5 * range / panels.max(1) as f64;
-    // Sine and cosine of each pair's angle from the middle of its panel, equal in all panels.
+    // Sine and cosine of each pair's angle from the middle of its panel, equal in all panels. `sines_and_cosines` takes
+    // four angles; those beyond the last pair are 0 and unused.
     let mut offsets = [(0.0, 0.0); PAIRS];
     for (four, pairs) in offsets.chunks_mut(4).zip(rule.0.chunks(4)) {
         let angle = |i: usize| pairs.get(i).map_or(0.0, |(abscissa, _)| half_width * abscissa);

@@ -17,7 +17,7 @@ const LARGEST_BELOW_DEG: f64 = 85.0;
 /// Numbers of four lanes: quadrature nodes side by side.
 type Real4 = <Lanes<'static> as Numbers>::Real;
 
-/// Albedos before and after division by an [`AlbedoTable`], of the relief's own size, without the Fresnel reflectance.
+/// Albedos before and after division by an [`AlbedoTable`], at relative size 1 and without the Fresnel reflectance.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct AlbedoReport {
     /// Largest albedo before division, over incident directions below 85°.
@@ -42,7 +42,7 @@ struct Sums {
 }
 
 impl Sums {
-    /// Sums over the directions and wavelengths of both.
+    /// Sums over the directions and wavelengths of `self` and `other`.
     fn merged(self, other: Self) -> Self {
         Self {
             weight: self.weight + other.weight,
@@ -89,8 +89,8 @@ impl AlbedoReport {
             // cosθ times the solid angle of a node, which is proportional to √cosθ: cosθ = (1 − r²)² at the radius r,
             // so |d cosθ| = 2√cosθ·d(r²).
             let weight = count * wi[2].powf(1.5);
-            let is_below = wi[2] > LARGEST_BELOW_DEG.to_radians().cos();
-            let largest = if is_below { before } else { 0.0 };
+            let is_off_grazing = wi[2] > LARGEST_BELOW_DEG.to_radians().cos();
+            let largest = if is_off_grazing { before } else { 0.0 };
             Sums { weight, before: weight * before, after: weight * after, largest }
         };
         let sums = (0..planes * grid.in_plane()).into_par_iter().map(sums_at).reduce(Sums::default, Sums::merged);

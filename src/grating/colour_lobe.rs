@@ -24,7 +24,7 @@ use super::colour_tables::{
 };
 use super::efficiencies::EfficiencyView;
 use super::layout::Below;
-use super::lobe::{GratingLayout, OnBody, REACH};
+use super::lobe::{GratingLayout, MayTransmit, REACH};
 use super::polarisation::JonesView;
 use crate::lobe::{Gamut, InColour, Sides, luminance};
 use crate::numeric::math::normal_quantile;
@@ -268,7 +268,7 @@ impl<N: Numbers> GratingColourLobe<N> {
     }
 }
 
-impl<N: Numbers> OnBody for GratingColourLobe<N> {
+impl<N: Numbers> MayTransmit for GratingColourLobe<N> {
     fn transmits(&self) -> bool {
         self.tables.sides == 2
     }

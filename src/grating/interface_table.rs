@@ -3,9 +3,9 @@
 //! A table holds one value for each pair of channels (orders on a side of the relief): an efficiency, or the shape of a
 //! Jones matrix. A *cell* is a region of incident waves at which the same orders propagate in the air (in cells of the
 //! medium: in the medium). (p, q) is a wave's position in its cell, each from 0 to 1. Cells are solved at nodes with
-//! equal steps in the coordinates of look-ups. Matrices are stored there; efficiencies, which vary more, at more nodes,
-//! by cubic interpolation. Polynomials through Chebyshev nodes, as in `build.rs`, converge slowly here, since
-//! efficiencies have singularities inside the cells of an interface.
+//! equal steps in the coordinate of look-ups, `node_coordinate` of p and of q (`cell_position.rs`). Matrices are stored
+//! there; efficiencies, which vary more, at more nodes, by cubic interpolation. Polynomials through Chebyshev nodes, as
+//! in `build.rs`, converge slowly here, since efficiencies have singularities inside the cells of an interface.
 //!
 //! A channel in the medium may propagate at only some nodes of a cell. At the other nodes its value follows from that
 //! of a neighbouring node at which it propagates, so that look-ups can interpolate between them. Half of the nodes
@@ -67,8 +67,9 @@ impl InterfacePlan {
         // wavelengths, a wavelength has the cells of the next shorter one.
         let has_cell =
             |j: usize, in_air: bool, index: i32| index <= (2.0 * largest(j.saturating_sub(1), in_air)) as i32;
-        // Further orders of the medium at either end of a cell's range: tm − t, rounded up, with
-        // tm² = t² + (n² − 1)(d/λ)². It is largest at the cell's smallest t, s/2, and at the shortest wavelength.
+        // Orders that may propagate in the medium alone, at either end of those that propagate in the air: tm − t,
+        // rounded up, with tm² = t² + (n² − 1)(d/λ)². It is largest at the cell's smallest t, s/2, and at the shortest
+        // wavelength.
         let further_orders = |index: i32| {
             let t = 0.5 * f64::from(index.max(0));
             let tm = t.hypot(largest(0, false));
@@ -110,6 +111,7 @@ impl InterfacePlan {
             progress.report(done as f64 / self.cells.len() as f64);
             let solved = SolvedCell::solve(cell, solver, &self.nm[..count], &extract, transposed)?;
             let items: Vec<_> = (0..count).into_par_iter().map(|j| pack(&solved, j)).collect();
+            // Longer wavelengths do not have the cell.
             let absent = std::iter::repeat_with(Vec::new);
             packed.iter_mut().zip(items.into_iter().chain(absent)).for_each(|(cells, items)| cells.push(items));
         }
@@ -163,6 +165,7 @@ impl<T: Copy + Default + Send + Sync> SolvedCell<T> {
         transposed: fn(T) -> T,
     ) -> Result<Self, GratingError> {
         let channels = cell.channels();
+        // p or q of solved node g.
         let fraction = |g: usize| fraction_at(g as f64 / (NODES - 1) as f64).clamp(BORDER, 1.0 - BORDER);
         let value = |scattering: &Scattering, entry: usize| {
             let [from, out] = [entry / channels, entry % channels].map(|number| cell.channel(number));
@@ -225,8 +228,7 @@ impl<T: Copy + Default + Send + Sync> SolvedCell<T> {
         (0..self.channels().pow(2)).map(value).collect()
     }
 
-    /// Values at wavelength j, `[node of p][node of q][entry]`. Where a pair does not propagate, its value is
-    /// `beyond(value, is_mirror)`, from that at the nearest node where it does; `is_mirror` marks mirror reflections.
+    /// Values at wavelength j, `[node of p][node of q][entry]`, with `beyond` of [`SolvedCell::filled`].
     pub(super) fn at_wavelength(&self, j: usize, beyond: fn(T, bool) -> T) -> impl Iterator<Item = Vec<T>> + '_ {
         (0..NODES * NODES).map(move |node| self.filled([j, node / NODES, node % NODES], beyond))
     }

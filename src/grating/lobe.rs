@@ -66,8 +66,8 @@ struct OrderAt<'a, N: Numbers> {
     efficiency: N::Real,
 }
 
-/// A grating's lobe. The grating may be the relief of a body that transmits, with light on both sides.
-pub(super) trait OnBody {
+/// A grating's lobe, on one side of a body that reflects or on both sides of one that transmits.
+pub(super) trait MayTransmit {
     /// Whether the body transmits light.
     fn transmits(&self) -> bool;
 }
@@ -78,7 +78,7 @@ pub(super) trait OnBody {
 /// - `choose` divides the uniform part, `u[0] < UNIFORM_FRACTION`, equally between the sides.
 /// - `probability` is ½ on either side, which callers multiply the mixture's density by. This suits the uniform part.
 ///   To cancel it, `density` returns twice the density of `draw`.
-impl<N: Numbers, T: OnBody> Sides<N> for T {
+impl<N: Numbers, T: MayTransmit> Sides<N> for T {
     #[inline(always)]
     fn accepts(&self, w: [N::Real; 3]) -> N::Mask {
         N::Real::lit(0.0).lt(if self.transmits() { w[2].abs() } else { w[2] })
@@ -96,7 +96,7 @@ impl<N: Numbers, T: OnBody> Sides<N> for T {
     }
 }
 
-impl<N: Numbers> OnBody for GratingLobe<'_, N> {
+impl<N: Numbers> MayTransmit for GratingLobe<'_, N> {
     fn transmits(&self) -> bool {
         self.layout.efficiencies.transmits()
     }
@@ -227,8 +227,8 @@ impl<N: Numbers> GratingLobe<'_, N> {
     /// `n²·Σ_m g_m·K(f − f_m)/λ²` over the orders, with the index n of the medium of `wo`. `quantity` computes `R`
     /// quantities `g_m` of an order at once.
     ///
-    /// Both directions are moved by half of the distance to order m, so that the order leaves exactly. Exchanging the
-    /// directions therefore gives the reversed path, and the lobe is reciprocal.
+    /// Both directions are moved by half of the distance to order m, so that `wo` is exactly the direction of the
+    /// order. Exchanging the directions then gives the reversed path, and the lobe is reciprocal.
     #[inline(always)]
     fn sum_orders<const R: usize>(
         &self,
@@ -275,7 +275,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let inverse_sigma = 1.0 / (self.layout.period_um * self.layout.sigma_per_um);
         let [[in_x, in_y], [out_x, out_y]] = [wi, wo].map(|w| self.layout.efficiencies.tangential::<N>(w));
         let frequency_x = (in_x + out_x) * periods;
-        // Distance along y in standard deviations, equal for all orders.
+        // Distance from the orders along y in standard deviations, equal for all of them.
         let offset_y = N::narrow((in_y + out_y) * periods) * real(inverse_sigma);
         let reach = double(REACH / inverse_sigma);
         let first = (frequency_x - reach).ceil();

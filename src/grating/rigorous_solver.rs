@@ -24,8 +24,8 @@ use sunbeam_rigorous::{
 /// It is about a tenth of the error of an order in the tables; smaller values need larger meshes. The cosine is small
 /// for light along the grooves, which carries a small fraction of the power that falls on a surface.
 pub(super) const BALANCE: f64 = 1e-3;
-/// Most doublings of the number of nodes where the power balance does not hold. More take longer: the cost grows as the
-/// cube of the number.
+/// Largest number of doublings of the nodes, which go on until the power balance holds. The cost of a solution grows as
+/// the cube of the number of nodes.
 pub(super) const DOUBLINGS: usize = 3;
 
 /// Wavelengths in nm for which the number of nodes is determined. Refractive indices change little within a step, which
@@ -45,6 +45,7 @@ pub(super) fn sufficient_resolution(
     let mut resolution = Resolution { nodes: 0, oversampling: 1 };
     for nm in RESOLVED_NM {
         let medium = medium_at(index, nm)?;
+        // The last argument, ky/k = 0, covers every direction.
         check_size(profile, &medium, nm, 0.0)?;
         let required = Resolution::new(profile, &medium, nm)?;
         resolution.nodes = resolution.nodes.max(required.nodes);

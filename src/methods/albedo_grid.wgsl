@@ -1,5 +1,5 @@
-// Grid of directions of the albedo tables, for albedo.wgsl and film.wgsl; compiled after table.wgsl. Counterpart of
-// src/energy/grid.rs, with the same arithmetic.
+// Grid of directions of the albedo tables, for albedo.wgsl and film.wgsl; compiled after common.wgsl (DIVISOR_MIN) and
+// table.wgsl (table). Counterpart of src/energy/grid.rs, with the same arithmetic.
 //
 // The grid is square and uniform over the stretched direction
 //     (x, y) = w.xy/√((1 + √cosθ)(1 + cosθ)), each in [-1, 1].

@@ -37,7 +37,8 @@ pub(super) fn density() -> Result<Colours, ColourError> {
 /// The weights per µm divided by λ², on a uniform grid over 380 to 780 nm. Each channel is scaled so that its integral
 /// is 1.
 ///
-/// Summed with these weights over wavelengths of a density proportional to `1/λ²`, an S proportional to λ² is white.
+/// NMM's lists of wavelengths have densities proportional to `1/λ²` over λ. Averaged over such a list with these
+/// weights, an S proportional to λ² is white.
 ///
 /// # Errors
 /// Never in practice: [`SpectralToRgb::visible`] accepts the step of 1 nm.

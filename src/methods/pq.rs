@@ -115,12 +115,12 @@ impl Pq {
         wavelengths_um: impl Iterator<Item = (f32, T)>,
         mut receive: impl FnMut(f32, T, f32),
     ) {
-        let reaching = wavelengths_um.filter_map(|(um, value)| {
+        let with_orders = wavelengths_um.filter_map(|(um, value)| {
             let (order, distance) = Orders::nearest(self.orders.position(q, um));
             self.orders.holds(order).then_some((um, (order, distance, value)))
         });
-        self.orders.grid.at_wavelengths(q[2], reaching, |um, (order, distance, value), weights| {
-            let c = self.orders.amplitude(order, weights);
+        self.orders.grid.at_wavelengths(q[2], with_orders, |um, (order, distance, value), term_weights| {
+            let c = self.orders.amplitude(order, term_weights);
             let kernel = repeat_kernel(self.repeats[0], distance[0]) * repeat_kernel(self.repeats[1], distance[1]);
             receive(um, value, self.orders.grid.peak_um2 * (c[0] * c[0] + c[1] * c[1]) * kernel * kernel);
         });

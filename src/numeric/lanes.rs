@@ -337,10 +337,10 @@ impl<'a> Numbers for Lanes<'a> {
         for (i, value) in values.iter_mut().enumerate().take(count as usize) {
             *value = function(u32x4::splat(i as u32));
         }
-        // Lanes in the loop have equal indices, and lanes that have ended smaller ones.
+        // Lanes that are still in the caller's loop share one index; those that have left it have smaller ones.
         move |i| {
-            let lane = i.to_array().into_iter().fold(0, Ord::max);
-            values[lane as usize]
+            let largest = i.to_array().into_iter().fold(0, Ord::max);
+            values[largest as usize]
         }
     }
     #[inline(always)]

@@ -81,7 +81,8 @@ pub enum SamplerLayout {
 }
 
 impl Sampler {
-    /// Builds the sampler of a table. The options give the obliquity factor and the reach.
+    /// Builds the sampler of a table. The options give the obliquity factor and the largest tangential length of
+    /// outgoing directions ([`Options::reach`]).
     pub fn new(table: &SpectralTable, options: &Options) -> Self {
         let axes = orders::axes(table);
         let count: f64 = axes.iter().map(|axis| axis.propagating(TYPICAL_WAVELENGTH_UM, options.reach)).product();
@@ -205,7 +206,8 @@ impl SamplerLayout {
     }
 }
 
-/// Power of a node from its record at the κ of a curve. Negative powers, where a spline undershoots, become 0.
+/// Power of a node at the κ of a curve. `record` holds the node's power or amplitude over κ ([`SpectralTable`]).
+/// Negative powers, where a spline undershoots, become 0.
 fn node_power(table: &SpectralTable, curve: &NodeCurve, record: &[f32]) -> f64 {
     match table.quantity() {
         NodeQuantity::Power => curve.power(record).max(0.0),

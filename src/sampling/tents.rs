@@ -1,7 +1,7 @@
-//! Sums of tents in place of Gaussians that are wide in nodes.
+//! Sums of tents in place of the Gaussians of nodes, where these are wide compared with the spacing of nodes.
 //!
-//! A tent at a node has the density `1 − |t|` of the offset t in nodes, for t in [−1, 1]. A sum of tents is linear
-//! between nodes.
+//! A tent at a node has the density `1 − |t|` of the offset t in node spacings, for t in [−1, 1]. A sum of tents is
+//! linear between nodes.
 
 use super::summed_area::BANDS;
 use crate::numeric::Real;
@@ -49,8 +49,9 @@ pub(super) fn tent_weights(sigma: f64) -> Vec<f32> {
     weights[dropped..weights.len() - dropped].iter().map(|weight| *weight as f32).collect()
 }
 
-/// Convolves masses `[node along y][node along x]`, `width` nodes along x, with the weights of tents along x and y. The
-/// middle weight of an odd number belongs to the node itself. Mass beyond the ends is lost.
+/// Convolves masses `[node along y][node along x][band of κ]`, `width` nodes along x, with the weights of tents along x
+/// and y. Each list has an odd number of weights, and the middle one belongs to the node itself. Mass beyond the ends
+/// is lost.
 pub(super) fn convolved(
     masses: Vec<[f32; BANDS]>,
     width: usize,

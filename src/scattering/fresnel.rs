@@ -47,9 +47,9 @@ pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
     let sin_squared = lit(1.0) - cos_squared;
     let (a, b) = transmitted_normal(sin_squared, index);
     let b_squared = b * b;
-    // |(x − y)/(x + y)|² for real parts `difference` and `sum` and the square of the common imaginary part. Squares of
-    // differences do not cancel for indices near one, as differences of squares would. Equal media at grazing incidence
-    // would have 0/0, and get 0.
+    // |(x − y)/(x + y)|² from the real parts `difference` and `sum`, and the square of the imaginary parts, which are
+    // opposite. Squares of differences do not cancel for indices near one, as differences of squares would. Equal media
+    // at grazing incidence would have 0/0, and get 0.
     let ratio = |difference: R, sum: R, imaginary_squared: R| {
         difference.fma(difference, imaginary_squared) / sum.fma(sum, imaginary_squared).max(lit(SQUARED_MODULUS_MIN))
     };

@@ -8,7 +8,7 @@ use crate::numeric::{Number, Numbers, Real};
 /// size, so their powers do not vanish at w = 0 as the true ones do. It affects the variance of samples only.
 const DIVISOR_MIN: f64 = 0.05;
 
-/// An incident direction, and the side of the relief on which light leaves.
+/// An incident direction, and the side of the relief on which light leaves. S is the relief's power spectrum.
 ///
 /// Lengths of wave vectors are in units of the wave number in the tables' medium: air at a bare relief, the cover, or
 /// the medium of a [`TransparentBody`].
@@ -57,8 +57,8 @@ impl<N: Numbers> Passage<N> {
         let one = lit(1.0);
         let is_reflected = (wi.is_below & to_below) | (!wi.is_below & !to_below);
         let turn = N::Real::select(wi.is_below | to_below, -one, one);
-        // Typical normal components of the scattering vector over n: at the refracted direction |cn − c1|, and at the
-        // mirror direction twice the incident one (symbols: `transparent.rs`).
+        // Typical normal components of the scattering vector, in units of the wave number in the medium: |cn − c1| at
+        // the refracted direction, and twice the incident one at the mirror direction (symbols: `transparent.rs`).
         let refracted = (wi.other_normal - wi.normal).abs();
         let reflected = wi.normal + wi.normal;
         Self {

@@ -1,24 +1,25 @@
-//! Band limit of the power spectrum from which an ensemble's nodes are computed, along one axis.
+//! Band limit, along one axis, of the power spectrum from which the nodes of an ensemble's table are computed (symbols:
+//! `mod.rs`).
 //!
 //! The ensemble is the mean over all positions of the coherence window. Its nodes are the transform of the
 //! autocorrelation times the window, and the autocorrelation is the transform of the power spectrum. A scan with fine
-//! pixels has power far beyond the frequencies of any pair of directions ([`super::FREQUENCY_MAX_PER_UM`]). Such power
-//! affects the needed nodes only within the width to which the window spreads it. The spectrum is therefore cut at a
-//! margin beyond those frequencies, and the autocorrelation needs fewer and larger pixels. The cut is smooth, since a
-//! sharp one would lengthen the autocorrelation.
+//! pixels has power far beyond the frequencies of any pair of directions ([`super::FREQUENCY_MAX_PER_UM`]). The window
+//! spreads such power over some node spacings only, so most of it does not reach the nodes. The spectrum is therefore
+//! cut at a margin beyond those frequencies, and the autocorrelation needs fewer and larger pixels. The cut is smooth,
+//! since a sharp one would lengthen the autocorrelation.
 
 use super::FREQUENCY_MAX_PER_UM;
 use super::lattice::LatticeAxis;
 use sunbeam_fourier::next_fast_len;
 
-/// Margin above [`FREQUENCY_MAX_PER_UM`] within which power is kept entirely, in node spacings for each tap (node that
-/// a look-up reads). The taps span about the width to which the window spreads power. With this margin and
+/// Margin above [`FREQUENCY_MAX_PER_UM`] within which power is kept entirely, in node spacings (`1/period_um`) per tap
+/// (node that a look-up reads). The taps span about the width to which the window spreads power. With this margin and
 /// [`TRANSITION`], the table's error stays that of the interpolation for tolerances from 1e-2 to 1e-6.
 const KEPT_MARGIN: f64 = 3.0;
-/// Width of the transition from kept to cut frequencies, in node spacings for each tap. Larger values keep more pixels;
+/// Width of the transition from kept to cut frequencies, in node spacings per tap. Larger values keep more pixels;
 /// smaller ones make the cut sharper and so the autocorrelation longer.
 const TRANSITION: f64 = 12.0;
-/// Margin from [`FREQUENCY_MAX_PER_UM`] to the end of the spectrum, in node spacings for each tap.
+/// Margin from [`FREQUENCY_MAX_PER_UM`] to the end of the spectrum, in node spacings per tap.
 pub(super) const BAND_MARGIN: f64 = KEPT_MARGIN + TRANSITION;
 
 /// Weights of the kept frequencies along one axis.
@@ -32,7 +33,7 @@ impl Band {
     /// Number of pixels, at most `lags`, of an autocorrelation whose spectrum is cut at `edge_per_um` (cycles/µm).
     /// Before the cut it has `lags` pixels of the size `pixel_um`.
     pub(super) fn planned_pixels(lags: usize, pixel_um: f64, edge_per_um: f64) -> usize {
-        // More than two pixels per cycle of the edge. The conversion saturates for any number of pixels.
+        // More than two pixels per period of the edge frequency. The conversion to an integer saturates.
         next_fast_len(((2.0 * edge_per_um * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)
     }
 
@@ -52,7 +53,7 @@ impl Band {
         // Ends of the transition in cycles/µm; `high` is half the sampling rate of the kept pixels.
         let low = FREQUENCY_MAX_PER_UM + KEPT_MARGIN * axis.taps as f64 / axis.period_um;
         let high = 0.5 * kept as f64 / length_um;
-        // erfc(√ln(1/ε)) < ε.
+        // The argument of erfc runs from −steepness at `low` to steepness at `high`, and erfc(√ln(1/ε)) < ε.
         let steepness = (1.0 / tolerance).ln().sqrt();
         // In FFT order, bins i and kept − i have opposite frequencies.
         let weight = |bin: usize| {

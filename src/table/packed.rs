@@ -1,6 +1,6 @@
 //! A [`SpectralTable`] packed in 32-bit words, the form that evaluators read.
 //!
-//! The order of the words, with the words of entries and coefficients in [`Format`]:
+//! The order of the words follows; `format.rs` describes those of entries, records and their coefficients.
 //!
 //! 1. An entry for every node of the lattice, row by row from node `(−reach, −reach)`.
 //! 2. The coefficients of a record of zeros, which stands for all nodes without a record.
@@ -84,7 +84,8 @@ impl PackedTable {
         let format = format_of(table, nodes.len(), tolerance);
         let (entry_words, packet_words) = (format.entry_words(), format.packet_words());
         let entries_end = entry_words * table.offsets.len();
-        // The record of zeros, for nodes without a record, is as long as the longest record.
+        // The record of zeros, for nodes without a record, is as long as the longest record. Coefficients start at a
+        // multiple of four words, the size of the largest packet.
         let zeros_start = entries_end.next_multiple_of(4);
         let longest = nodes.iter().map(|(_, _, record)| format.record_words(record)).max().unwrap_or(0);
         // Start of each node's coefficients, in words.
@@ -105,6 +106,7 @@ impl PackedTable {
             // Row-major index from node (−reach, −reach).
             let node = (jy + y.reach as i64) as usize * x.nodes() + (jx + x.reach as i64) as usize;
             let entry = &mut words[entry_words * node..][..entry_words];
+            // P(0) and P'(0), or the real and imaginary part of D(0).
             let header = [record[0].to_bits(), record[1].to_bits()];
             entry[0] = (*start / packet_words) as u32;
             match format {

@@ -100,9 +100,9 @@ impl HeightField {
         let (nx, ny) = self.size();
         let (extent_x, extent_y) = self.extent_um();
         // Width of the strip in pixels; 0 along an axis of one pixel.
-        let strip_pixels = |axis, count: usize, step_um: f64, extent_um: f64| {
-            let width_um = blend_um.unwrap_or((BLEND_FRACTION * extent_um).max(step_um));
-            let pixels = (width_um / step_um).round();
+        let strip_pixels = |axis, count: usize, pixel_um: f64, extent_um: f64| {
+            let width_um = blend_um.unwrap_or((BLEND_FRACTION * extent_um).max(pixel_um));
+            let pixels = (width_um / pixel_um).round();
             match count {
                 1 => Ok(0),
                 _ if pixels >= 1.0 && pixels <= count as f64 / PERIODS_MIN as f64 => Ok(pixels as usize),
@@ -168,8 +168,8 @@ fn blended(heights: &Array2<f64>, strip: usize) -> Array2<f64> {
     })
 }
 
-/// Number of pixels along x of the tile whose strips of `strip` pixels match, as [`HeightField::made_tileable`] chooses
-/// it. `strip` is 1 to a third of the pixels along x.
+/// Number of pixels along x of the tile whose strips of `strip` pixels match, chosen as [`HeightField::made_tileable`]
+/// describes. `strip` is 1 to a third of the pixels along x.
 fn best_length(heights: &Array2<f64>, strip: usize) -> usize {
     let mismatch = |length: usize| -> f64 {
         let (beginning, beyond) = (heights.slice(s![.., ..strip]), heights.slice(s![.., length..length + strip]));

@@ -2,8 +2,9 @@
 //
 // It keeps the scene, the realtime method and the view that the page sends, and draws pictures of them in steps, from
 // coarse to fine. `artist` is the Rust object of crates/web/src/wasm/artist.rs. Its asynchronous calls must not
-// overlap, so each goes through the queue of `inTurn`. Events to the page: "drawn" with the report of a picture,
-// "failed" with a message, and "lost" when the device is lost.
+// overlap, so each goes through the queue of `inTurn`, except the uploads to a device that `open` has just opened.
+// Events to the page: "drawn" with the report of a picture, "failed" with a message, and "lost" when the device is
+// lost.
 
 import * as sunbeam from "./wasm/sunbeam_web.js";
 import { answer } from "./answering.js";

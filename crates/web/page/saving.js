@@ -1,4 +1,5 @@
-// Saves pictures and maps, and copies links, scenes and commands.
+// Saves pictures and maps, and copies links, scenes and commands. `page.engine.quick` has the calls of the Rust library
+// on the page's own thread (engine.js).
 
 import { address } from "./address.js";
 import { direction } from "./map.js";

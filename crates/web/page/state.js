@@ -31,13 +31,13 @@ export const page = {
   /** Promise that is fulfilled when the graphics device is open or has failed to open. */
   opening: null,
   /**
-   * The last state whose data were complete, for `goBack`: {settings, source, read, keys}, and `at`, the time in ms of
-   * its first picture. Null before the first.
+   * The last state whose data were complete, to which `goBack` (making.js) returns: {settings, source, read, keys}, and
+   * `at`, the time in ms of its first picture. Null before the first.
    */
   good: null,
   /** Keys (`currentKeys`) of the relief, method and scene that exist or are being built; null for none. */
   keys: { relief: null, method: null, scene: null },
-  /** Keys of the data that the artist has; null for none. */
+  /** Keys of the data that the artist (artist.js, the worker that draws) has; null for none. */
   held: { method: null, scene: null },
   /** Whether data that a picture needs are being built. */
   making: false,

@@ -11,20 +11,26 @@ use sunbeam_fourier::num_complex::Complex64;
 type Double = Plain<'static, f64>;
 
 const ETAS: [f64; 4] = [1.2, 1.33, 1.5, 2.4];
+/// Coherence length of all bodies in µm. Only [`TransparentBody::normal_min`] depends on it.
+const COHERENCE_LENGTH_UM: f64 = 65.0;
 
 fn interface(eta: f64) -> TransparentBody {
-    TransparentBody::new(eta, false, 65.0)
+    TransparentBody::new(eta, false, COHERENCE_LENGTH_UM)
 }
 
-/// A direction above the relief. One in eight is the normal.
+fn film(eta: f64) -> TransparentBody {
+    TransparentBody::new(eta, true, COHERENCE_LENGTH_UM)
+}
+
+/// A random direction above the relief. One in eight is the normal.
 fn above(random: &mut Random) -> Vec3 {
     let cos = if random.unit() < 0.125 { 1.0 } else { random.between(0.02, 1.0) };
     let (sin, turn) = (f64::sqrt(1.0 - cos * cos), TAU * random.unit());
     [sin * turn.cos(), sin * turn.sin(), cos]
 }
 
-fn below(random: &mut Random) -> Vec3 {
-    let [x, y, z] = above(random);
+/// A direction mirrored in the plane of the surface.
+fn mirrored([x, y, z]: Vec3) -> Vec3 {
     [x, y, -z]
 }
 
@@ -40,7 +46,6 @@ fn reflection_on_either_side_has_the_small_slope_factor() {
     for eta in ETAS {
         for _ in 0..500 {
             let (wi, wo) = (above(&mut random), above(&mut random));
-            let mirrored = |[x, y, z]: Vec3| [x, y, -z];
             for (found, index) in
                 [(pair(interface(eta), wi, wo), eta), (pair(interface(eta), mirrored(wi), mirrored(wo)), 1.0 / eta)]
             {
@@ -63,12 +68,11 @@ fn refracted_light_has_fresnels_transmittance() {
             let passed = 1.0 - fresnel_unpolarised(cos, ComplexIndex { eta, k: 0.0 });
             let found = pair(interface(eta), wi, wo);
             assert!((found.power() - passed).abs() < ROUNDING, "{eta} {degrees}: {} {passed}", found.power());
-            // Through a film each state passes twice.
-            let film = TransparentBody::new(eta, true, 65.0);
-            let through = pair(film, wi, [-sin, 0.0, -cos]);
+            // Through a film the states s (`powers[0]`) and p (`powers[3]`) have the square of their transmittance.
+            let through = pair(film(eta), wi, [-sin, 0.0, -cos]);
             let [s, p] = [through.powers[0], through.powers[3]];
-            let twice = 0.5 * (found.powers[0].powi(2) + found.powers[3].powi(2));
-            assert!((0.5 * (s + p) - twice).abs() < ROUNDING, "{eta} {degrees}: {s} {p} {twice}");
+            let expected = 0.5 * (found.powers[0].powi(2) + found.powers[3].powi(2));
+            assert!((0.5 * (s + p) - expected).abs() < ROUNDING, "{eta} {degrees}: {s} {p} {expected}");
         }
     }
 }
@@ -77,19 +81,21 @@ fn refracted_light_has_fresnels_transmittance() {
 fn a_flat_film_transmits_what_neither_side_reflects() {
     const ROUNDING: f64 = 1e-12;
     for eta in ETAS {
-        let body = TransparentBody::new(eta, true, 65.0);
-        // At the normal both states pass either side alike, and at Brewster's angle nothing of state p is
-        // reflected.
+        let body = film(eta);
+        // At normal incidence both states have the same transmittance at either side.
         let passed = (1.0 - body.reflectance(1.0)).powi(2);
         assert!((body.transmittance(1.0) - passed).abs() < ROUNDING, "{eta}");
+        // At Brewster's angle p is not reflected, and s has twice the unpolarised reflectance.
         let brewster = 1.0 / (1.0 + eta * eta).sqrt();
-        let s = 1.0 - 2.0 * body.reflectance(brewster);
-        assert!((body.transmittance(brewster) - 0.5 * (1.0 + s * s)).abs() < ROUNDING, "{eta}");
+        let passed_s = 1.0 - 2.0 * body.reflectance(brewster);
+        assert!((body.transmittance(brewster) - 0.5 * (1.0 + passed_s * passed_s)).abs() < ROUNDING, "{eta}");
     }
 }
 
-/// Transmitted powers are those of a shallow relief to first order in its height, at any azimuth. The phase screen
-/// has the amplitude iwh per h and wave number, and the power of a transmitted field is its square times cn/c1.
+/// Transmitted powers are those of a shallow relief to first order in its height h, at any azimuth.
+///
+/// With the wave number k and an amplitude A of [`first_order`], the power in a state is `(kh)²·|A|²·cn/c1`. The factor
+/// is this power over that of the phase screen's order, `(wkh)²`.
 #[test]
 fn transmitted_powers_are_the_first_order_of_a_shallow_relief() {
     // Rounding of the solved system.
@@ -112,8 +118,10 @@ fn transmitted_powers_are_the_first_order_of_a_shallow_relief() {
             let scale = eta * cos / wi[2] / (w * w);
             let expected = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(o, i)| scale * expected[o][i].norm_sqr());
             for (found, expected) in found.powers.into_iter().zip(expected) {
+                // Below its bound |w| is replaced.
+                let is_bounded = w.abs() < eta * interface(eta).normal_min;
                 assert!(
-                    w.abs() < eta * interface(eta).normal_min || (found - expected).abs() < ROUNDING * (1.0 + expected),
+                    is_bounded || (found - expected).abs() < ROUNDING * (1.0 + expected),
                     "{eta} {wi:?} {wo:?}: {found} {expected}"
                 );
             }
@@ -126,9 +134,9 @@ fn swapped_directions_have_equal_powers() {
     const ROUNDING: f64 = 1e-12;
     let mut random = Random::new(5);
     for eta in ETAS {
-        for body in [interface(eta), TransparentBody::new(eta, true, 65.0)] {
+        for body in [interface(eta), film(eta)] {
             for _ in 0..500 {
-                let (a, b) = (above(&mut random), below(&mut random));
+                let (a, b) = (above(&mut random), mirrored(above(&mut random)));
                 let (there, back) = (pair(body, a, b), pair(body, b, a));
                 assert!((there.power() - back.power()).abs() < ROUNDING * (1.0 + there.power()), "{a:?} {b:?}");
                 assert_eq!((there.tangential, there.normal), (back.tangential, back.normal));
@@ -139,7 +147,7 @@ fn swapped_directions_have_equal_powers() {
 
 #[test]
 fn without_a_contrast_of_indices_light_goes_straight_on() {
-    for body in [interface(1.0), TransparentBody::new(1.0, true, 65.0)] {
+    for body in [interface(1.0), film(1.0)] {
         let (wi, wo) = ([0.6, 0.0, 0.8], [-0.6, 0.0, -0.8]);
         assert!((pair(body, wi, wo).power() - 1.0).abs() < 1e-12);
         assert_eq!(pair(body, wi, [-0.6, 0.0, 0.8]).power(), 0.0);
@@ -148,11 +156,12 @@ fn without_a_contrast_of_indices_light_goes_straight_on() {
 
 #[test]
 fn factors_are_finite_at_the_ends_of_all_ranges() {
-    let grazing = (1.0 - 0.5e-14, COSINE_MIN);
-    let directions = [[0.0, 0.0, 1.0], [grazing.0, 0.0, grazing.1], [-grazing.0, 0.0, grazing.1], [0.6, 0.0, 0.8]];
-    let both_sides = directions.into_iter().flat_map(|w| [w, [w[0], w[1], -w[2]]]).collect::<Vec<_>>();
+    // The sine of the angle whose cosine is 1e-7.
+    let (sin, cos) = (1.0 - 0.5e-14, COSINE_MIN);
+    let directions = [[0.0, 0.0, 1.0], [sin, 0.0, cos], [-sin, 0.0, cos], [0.6, 0.0, 0.8]];
+    let both_sides = directions.into_iter().flat_map(|w| [w, mirrored(w)]).collect::<Vec<_>>();
     for eta in [1.0, 1.2, 1.5, 4.0] {
-        for body in [interface(eta), TransparentBody::new(eta, true, 65.0)] {
+        for body in [interface(eta), film(eta)] {
             for (wi, wo) in both_sides.iter().flat_map(|wi| both_sides.iter().map(move |wo| (*wi, *wo))) {
                 let single = |w: Vec3| body.wave::<Plain<'static, f32>>(w.map(|c| c as f32));
                 let double = pair(body, wi, wo).factor();

@@ -1,7 +1,7 @@
-"""Cases on which the judge of skins was run, and its stored answers in `answers/`.
+"""Cases on which this folder's solver of Maxwell's equations was run, and its stored answers in `answers/`.
 
-A *case* is a relief in a medium. An *answer* has the powers of its orders for one light, as fractions of the incident
-power. Scans and heights derived from them are not part of the project, so answers have no heights.
+A *case* is a relief of a medium below air. An *answer* has the powers of its orders for one light, as fractions of the
+incident power. Scans and heights derived from them are not part of the project, so answers have no heights.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ AZIMUTHS_DEG = (0.0, 90.0)
 
 @dataclass(frozen=True)
 class Case:
-    """A crop with a smoothing in pixels, a factor on its heights, and the refractive index `eta` of its medium."""
+    """A crop of a skin's scan with a smoothing in pixels, a factor on its heights, and its medium's index `eta`."""
 
     crop: Crop
     smoothing: float = SMOOTHING
@@ -40,7 +40,7 @@ class Case:
 
     @property
     def key(self) -> str:
-        """The case's name in the files of answers."""
+        """The case's name in the files of `answers/`."""
         return f"{self.crop.skin} {self.crop.name}, {self.smoothing} px, height × {self.factor}, η {self.eta}"
 
 
@@ -65,8 +65,8 @@ SYNTHETIC_LIGHTS = [
 ]
 
 
-def kept(light: Light, orders: Orders) -> dict:
-    """The answer for one light in the form of the files."""
+def answer_row(light: Light, orders: Orders) -> dict:
+    """The answer for one light as a row of the files of `answers/`."""
     return {
         "light": [light.wavelength_nm, light.theta_deg, light.phi_deg],
         "balance": float(f"{orders.balance:.1e}"),
@@ -117,7 +117,7 @@ def answers(name: str) -> dict[str, list[Answer]]:
 
 
 def write(name: str, cases: dict[str, list[dict]]) -> None:
-    """Writes the rows of `kept` by case as the file `name`, with one line for each light, for readable diffs."""
+    """Writes the rows of `answer_row` by case as the file `name`, with one line for each light, for readable diffs."""
     blocks = []
     for key, rows in cases.items():
         lines = ",\n".join(json.dumps(row, separators=(",", ":")) for row in rows)

@@ -15,7 +15,7 @@ import numpy as np
 
 from docs.figures.skin_scans import scans_present
 
-from .cases import ANSWERS, BASE, FEWER_LIGHTS, KERATIN, LIGHTS, SYNTHETIC_LIGHTS, VARIED, Case, kept, write
+from .cases import ANSWERS, BASE, FEWER_LIGHTS, KERATIN, LIGHTS, SYNTHETIC_LIGHTS, VARIED, Case, answer_row, write
 from .crops import cropped, scanned
 from .model import Light, misplaced
 from .relief import Relief, synthetic
@@ -37,7 +37,7 @@ HARD = Light(450.0, 60.0, 90.0)
 def judged(relief: Relief, eta: float, lights: list[Light], resolution: Resolution) -> list[dict]:
     """The answers on a relief for each light, in the form of the files."""
     return [
-        kept(light, solve(relief, light.wavelength_nm, light.theta_deg, light.phi_deg, eta, resolution))
+        answer_row(light, solve(relief, light.wavelength_nm, light.theta_deg, light.phi_deg, eta, resolution))
         for light in lights
     ]
 

@@ -1,8 +1,9 @@
 """Writes reference tables for the rigorous solver in Rust: `python -m tests.judges.gratings.judged`.
 
-`perfect.csv` has perfect conductors by `boundary_integral`, in TE and TM across the grooves. `metals.csv` has lamellar
-gratings of aluminium, silver and gold in conical mounts by SCATMECH (`requirements-judges.lock`). Its powers of s and p
-are extrapolated from two truncations. Their uncertainty `unsettled` is the difference from the finer truncation.
+`perfect.csv` has perfect conductors by `boundary_integral`, for TE and TM light incident perpendicular to the grooves.
+`metals.csv` has lamellar gratings of aluminium, silver and gold in conical mounts by SCATMECH
+(`requirements-judges.lock`). Its powers of s and p are extrapolated from two truncations. Their uncertainty `unsettled`
+is the difference from the finer truncation.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from .scatmech import lamellar as metal_lamellar
 FOLDER = REPOSITORY / "crates" / "rigorous" / "tests" / "data"
 # Rounded indices at 550 nm: Rakić 1998 (Al), Johnson & Christy 1972 (Ag, Au).
 METALS = {"Al": 0.96 + 6.69j, "Ag": 0.06 + 3.59j, "Au": 0.42 + 2.35j}
-# Lamellar gratings and lights: period and height in µm, angle of incidence and azimuth in degrees.
+# Lamellar gratings and lights at 550 nm: period and height in µm, angle of incidence and azimuth in degrees.
 LAMELLAR = [(1.6, 0.12, 40.0, 0.0), (1.6, 0.12, 25.0, 40.0), (0.8, 0.12, 40.0, 90.0), (0.8, 0.2, 60.0, 40.0)]
 LAMELLAR += [(0.3, 0.08, 20.0, 0.0), (0.3, 0.08, 55.0, 40.0)]
 PROFILES = {"sinusoid": Sinusoid, "blazed": blazed, "lamellar": lamellar}
@@ -48,6 +49,7 @@ def perfect() -> list[str]:
     """The rows of `perfect.csv`."""
     rows = []
     for name, period, height, wavelength, theta in PERFECT:
+        # Three times the default numbers of nodes and evanescent orders.
         found = solve(PROFILES[name](period, height), wavelength, theta, Resolution().finer(3.0))
         rows += [
             f"{name},{period},{height},{wavelength},{theta},{order},{te:.7f},{tm:.7f}"
@@ -63,7 +65,8 @@ def metals() -> list[str]:
         for period, height, theta, azimuth in LAMELLAR:
             coarse, fine = (metal_lamellar(period, height, 550.0, index, theta, azimuth, waves) for waves in WAVES)
             for order in fine:
-                # Powers of incident s and p. The error halves from the coarser to the finer truncation.
+                # Powers of incident s and p. The error halves from the coarser to the finer truncation, so the limit is
+                # as far from the finer as that is from the coarser.
                 before, after = (found[order].sum(axis=0) for found in (coarse, fine))
                 limit = 2 * after - before
                 unsettled = np.abs(limit - after).max()

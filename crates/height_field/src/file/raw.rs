@@ -208,10 +208,12 @@ impl Raw {
             let what = what.to_owned();
             HeightFieldError::MissingScale { path: path.to_owned(), parameter, what }
         };
-        // The option, if given, must agree with one of `own`, the heights of full scale that the file allows, in µm.
-        let check = |own: &[f64]| match scale.max_height_um {
-            Some(given_um) if !own.iter().any(|value| agree(*value, given_um)) => {
-                Err(HeightFieldError::ScaleDisagrees { path: path.to_owned(), parameter, given_um, file_um: own[0] })
+        // The option, if given, must agree with one of `accepted_um`, the values of `max_height` that fit the file. The
+        // message names the first.
+        let check_option = |accepted_um: &[f64]| match scale.max_height_um {
+            Some(given_um) if !accepted_um.iter().any(|value| agree(*value, given_um)) => {
+                let file_um = accepted_um[0];
+                Err(HeightFieldError::ScaleDisagrees { path: path.to_owned(), parameter, given_um, file_um })
             }
             _ => Ok(()),
         };
@@ -224,12 +226,12 @@ impl Raw {
                 self.values.mapv_inplace(|value| value * unit_um);
                 let (low, high) = range_of(&self.values);
                 // `max_height` may be the highest value, or the range.
-                check(&[high, high - low])?;
+                check_option(&[high, high - low])?;
                 Ok(unit.clone())
             }
             Meaning::FullScale { full, max_height_um } => {
                 if let Some(own) = max_height_um {
-                    check(&[*own])?;
+                    check_option(&[*own])?;
                 }
                 let source = if max_height_um.is_some() { Source::File } else { Source::Option };
                 let top = max_height_um.or(scale.max_height_um).ok_or_else(|| missing("height of full scale"))?;

@@ -175,7 +175,7 @@ impl Builder {
 pub(super) struct Surface {
     body: Body,
     pub(super) scales: Scales,
-    /// Extent of a cell of the mesh along each axis of the lattice, in half scales (lattice.rs).
+    /// Extent of a cell's side along each axis of the lattice, in half scales (lattice.rs): 1/n.
     cell: f64,
 }
 
@@ -209,7 +209,7 @@ impl Surface {
             let (skin, normal) = self.body.point(uv.x, uv.y);
             skin + normal * self.scales.height_cm(scale, inside)
         };
-        // Central differences over a whole cell, so that a keel narrower than a cell is smoothed.
+        // Central differences over the extent of a cell's side, so that a keel narrower than a cell is smoothed.
         let difference = |step: DVec2| position_at(point + step) - position_at(point - step);
         let along = difference(DVec2::new(0.5 * self.cell, 0.0));
         let around = difference(DVec2::new(0.0, 0.5 * self.cell));

@@ -156,7 +156,7 @@ mod tests {
                 let r = 0.4 * f64::from(i + 1) / 401.0;
                 let j = besselj_seq(0.0, k * r, 2, Scaling::Unscaled).unwrap().values;
                 // About the largest magnitude over the range of the series. J₁(kr) is |kr| ≤ 31 times the tabulated
-                // function.
+                // function, hence the factor 50 on its bound.
                 let scale = (k.im * 0.4).exp();
                 let [j0, j1_over] = table.bessel(r);
                 assert!(

@@ -71,10 +71,12 @@ fn each_wrong_setting_is_named() {
 #[test]
 fn each_key_changes_only_with_its_own_data() {
     let keys = |json: &str| Settings::from_json(json).unwrap().keys();
+    // The default preset is xenopeltis.
     let base = keys("{}");
     for same in [r#"{"sun": {"elevation_deg": 20}}"#, r#"{"exposure": 1, "rotation_deg": 3, "ground": false}"#] {
         assert_eq!(keys(same), base);
     }
+    // The shader applies the index of an opaque surface, so its data are not built again.
     let metal = keys(r#"{"surface": {"preset": "xenopeltis", "eta": 1, "k": 6}}"#);
     assert_eq!(metal, base);
     let conserving = keys(r#"{"surface": {"preset": "xenopeltis", "conserve_energy": true}}"#);
@@ -85,14 +87,17 @@ fn each_key_changes_only_with_its_own_data() {
     assert!(resized.relief != base.relief && resized.method != base.method);
     let covered = keys(r#"{"surface": {"preset": "xenopeltis", "cover_eta": 1.5}}"#);
     assert!(covered.relief == base.relief && covered.method != base.method);
+    // The tables of a film depend on its index.
     let film =
         |eta| keys(&format!(r#"{{"surface": {{"preset": "xenopeltis", "eta": {eta}, "transmission": "film"}}}}"#));
     assert!(film(1.5).relief == base.relief && film(1.5).method != base.method && film(1.5).method != film(1.6).method);
     let sphere = keys(r#"{"shape": "sphere"}"#);
     assert!(sphere.scene != base.scene && sphere.method == base.method);
+    // Only the snake's mesh has a resolution.
     assert_eq!(keys(r#"{"shape": "sphere", "resolution": 4}"#), sphere);
 }
 
+/// `Settings::config` gives FLSS its only model, patch without energy conservation.
 #[test]
 fn published_methods_are_built_with_a_model_they_support() {
     let settings = Settings::from_json(

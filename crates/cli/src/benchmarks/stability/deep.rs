@@ -3,8 +3,8 @@
 //! Symbols:
 //!
 //! - (u, v, w) = wi + wo: the scattering vector;
-//! - f = (u, v)/λ: the spatial frequency in 1/µm;
-//! - κ = 2πw/λ: the phase rate in 1/µm;
+//! - f = (u, v)/λ: the spatial frequency in cycles/µm;
+//! - κ = 2πw/λ: the phase rate in rad/µm;
 //! - h: the height in µm, relative to the middle of the range of heights;
 //! - H: half the range of heights in µm;
 //! - S(f; κ): the power spectral density in µm².
@@ -132,7 +132,7 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     })
 }
 
-/// Largest error of any order's amplitude by a series of `terms` terms, at one κ in 1/µm.
+/// Largest error of any order's amplitude by a series of `terms` terms, at one κ in rad/µm.
 fn series_error<T: Precision + Into<f64>>(field: &HeightField, series: Series, terms: usize, kappa: f64) -> f64 {
     let expansion = Expansion::<T>::new(field, series, terms);
     let double = |c: Complex<T>| Complex64::new(c.re.into(), c.im.into());
