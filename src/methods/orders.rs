@@ -116,7 +116,7 @@ impl Orders {
             neighbourhood: neighbourhood as u32,
             full_terms_kappa_h: match options.terms {
                 Some(_) => 0.0,
-                // At the largest κH, `count` terms are summed: none of the zeros that fill up the terms.
+                // Above the largest κH, at which `count` terms are summed: the zeros that fill up `terms` never are.
                 None => (kappa_h_max(transform.half_range_um()) + (terms - count) as f64) as f32,
             },
         };
