@@ -72,15 +72,15 @@ fn polynomial_through<const N: usize>(x: [f64; N], values: [f64; N]) -> [f64; N]
         }
     }
     // Expands the nested form from the highest difference down: p(t) ← p(t)·(t − x_i) + divided_i.
-    let mut polynomial = [0.0; N];
+    let mut coefficients = [0.0; N];
     for i in (0..N).rev() {
         for power in (0..N).rev() {
-            let lower = if power > 0 { polynomial[power - 1] } else { 0.0 };
-            polynomial[power] = lower - x[i] * polynomial[power];
+            let lower = if power > 0 { coefficients[power - 1] } else { 0.0 };
+            coefficients[power] = lower - x[i] * coefficients[power];
         }
-        polynomial[0] += divided[i];
+        coefficients[0] += divided[i];
     }
-    polynomial
+    coefficients
 }
 
 #[cfg(test)]
