@@ -3,8 +3,8 @@
 //! A build transforms the relief at every knot in the phase rate κ, and computes a spline through the knots of every
 //! kept node: a node that the look-up of some pair of directions reads. A header and the coefficients of the spline are
 //! the node's *record* in the table. Builds with finer knots follow until the tolerance is met (`build.rs`). Estimates
-//! are for all of them, with the knots of the last one. The numbers of knots and nodes follow from sizes and options. An
-//! estimate transforms nothing and allocates at most 20 kB, so that an endless build is refused at once.
+//! are for all of them, with the knots of the last one. The numbers of knots and nodes follow from sizes and options.
+//! An estimate transforms nothing and allocates at most 20 kB, so that an endless build is refused at once.
 //!
 //! - `knots`: number of knots in the range of κ. Knots beyond its upper end are transformed as well:
 //!   `computed_knots = knots + EXTRA_KNOTS`. Values at the knots below κ = 0 are mirrored from those above. They take
