@@ -28,7 +28,7 @@ template <typename Float, typename Spectrum> struct Textures {
 
     /// Refractive index eta + ik of the material, relative to air; 0 + i for a perfect reflector.
     ref<Texture> eta, k;
-    /// Ends of the wavelength ranges of `eta` and `k`.
+    /// Constant extrapolation of `eta` and `k` beyond the wavelengths of their spectra.
     SpectralEnds<Float, Spectrum> eta_ends, k_ends;
     /// Factor on the reflectance of the surface.
     ref<Texture> specular_reflectance;
@@ -100,6 +100,7 @@ template <typename Float, typename Spectrum> struct Textures {
 
     /// Exposes the textures to Mitsuba as parameters that can change.
     void traverse(TraversalCallback *cb) const {
+        // Copies, since a constant reference would select the overload of `put` for values instead of objects.
         auto put = [&](const char *name, ref<Texture> texture, auto flags) { cb->put(name, texture, flags); };
         if (specular_transmittance) {
             // `eta` and `k` are not exposed: the tables of a body are built for its index.
@@ -150,8 +151,9 @@ template <typename Float, typename Spectrum> struct Textures {
     }
 
 private:
-    /// Assumed range of sizes in textures whose values are known only on a shape (docs/model.md). A wider range would
-    /// make the table that limits the energy larger. Sizes outside are limited as at the end of the range.
+    /// Assumed range of sizes in textures whose values are known only on a shape, such as mesh attributes
+    /// (docs/model.md#covers-and-relative-sizes). A wider range would make the table that limits the energy larger.
+    /// Sizes outside are limited as at the end of the range.
     static constexpr std::array<float, 2> UNKNOWN_SIZES = { .25f, 1.f };
 
     static bool varies(const ref<Texture> &texture) { return texture && texture->is_spatially_varying(); }

@@ -11,17 +11,22 @@ import mitsuba as mi
 import numpy as np
 from conftest import use_variant
 
-PERIODS, LENGTHS = [1.5, 2.0, 2.5], [6.0, 9.0]
-# Largest relative difference between kernels that contain different other BSDFs.
-SINGLE = 1e-5
+# Periods of the gratings in µm: one for each scene and thread.
+PERIODS_UM = [1.5, 2.0, 2.5]
+# Coherence lengths in µm, of which each round sets the next.
+LENGTHS_UM = [6.0, 9.0]
+# Largest relative difference of a picture, by rounding, between kernels that contain different other BSDFs.
+ROUNDING = 1e-5
 
 
-def bsdf(period):
+def bsdf(period_um):
+    """Dictionary of a blazed grating in aluminium whose tables are quickly built."""
     quick = {"tolerance": 0.01, "conserve_energy": False}
-    return {"type": "diffraction", "preset": "blazed", "material": "Al", "period": period, **quick}
+    return {"type": "diffraction", "preset": "blazed", "material": "Al", "period": period_um, **quick}
 
 
-def scene(period):
+def scene(period_um):
+    """A square with the grating under a point light, seen in 4 × 4 pixels."""
     # The integrator evaluates without sampling, so that kernels compile quickly.
     return mi.load_dict(
         {
@@ -33,29 +38,33 @@ def scene(period):
                 "film": {"type": "hdrfilm", "width": 4, "height": 4, "rfilter": {"type": "box"}},
             },
             "lamp": {"type": "point", "position": [0, 3, 3], "intensity": 10.0},
-            "plate": {"type": "rectangle", "bsdf": bsdf(period)},
+            "plate": {"type": "rectangle", "bsdf": bsdf(period_um)},
         }
     )
 
 
-def picture(scene, coherence_length):
+def picture(scene, coherence_length_um):
+    """Renders the scene after its grating was given a coherence length."""
     params = mi.traverse(scene.shapes()[0].bsdf())
-    params["coherence_length"] = coherence_length
+    params["coherence_length"] = coherence_length_um
     params.update()
     return np.array(mi.render(scene, spp=1, seed=1))
 
 
 def main(variant, rounds):
+    """Compares pictures from three threads with those rendered before; returns whether any differs."""
     use_variant(variant)
-    scenes = [scene(period) for period in PERIODS]
-    wanted = [[picture(one, length) for length in LENGTHS] for one in scenes]
+    scenes = [scene(period_um) for period_um in PERIODS_UM]
+    # Pictures by scene and coherence length.
+    wanted = [[picture(one, length_um) for length_um in LENGTHS_UM] for one in scenes]
     failures = []
 
     def render(i, turn, kept):
+        """Makes a BSDF, which `kept` holds until the end of the round, and renders scene i."""
         try:
-            kept.append(mi.load_dict(bsdf(PERIODS[i])))
-            which = turn % len(LENGTHS)
-            np.testing.assert_allclose(picture(scenes[i], LENGTHS[which]), wanted[i][which], rtol=SINGLE)
+            kept.append(mi.load_dict(bsdf(PERIODS_UM[i])))
+            which = turn % len(LENGTHS_UM)
+            np.testing.assert_allclose(picture(scenes[i], LENGTHS_UM[which]), wanted[i][which], rtol=ROUNDING)
         except Exception as error:
             failures.append(f"round {turn}: {error.__cause__ or error}")
 
@@ -66,6 +75,7 @@ def main(variant, rounds):
             thread.start()
         for thread in threads:
             thread.join()
+        # Deletes the BSDFs of the round.
         del kept
         gc.collect()
     print(*failures, sep="\n")

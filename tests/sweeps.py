@@ -26,7 +26,7 @@ theta_i_deg = [0, 30]
 samples = 64
 gamut = false
 """
-# Preloaded into workers: makes each case slower, and kills the worker at a given row.
+# Preloaded into workers: makes each case slower by CASE_SECONDS, and kills the worker at the row DEADLY_ROW.
 SLOW = """
 import os, signal, time
 from sunbeam_mitsuba.sweep import work
@@ -42,7 +42,10 @@ if work.compute.__module__ == work.__name__:
 
 
 def environment(folder, slow=None, **more):
-    """Environment of a process that uses the checkout's package; each case takes `slow` seconds longer."""
+    """Environment of a process that uses the checkout's package; each case takes `slow` seconds longer.
+
+    `more` are further variables. SLOW is preloaded, with its DEADLY_ROW too, unless `slow` is `None`.
+    """
     found = {
         **os.environ,
         "PYTHONPATH": str(REPOSITORY / "python"),
@@ -58,17 +61,19 @@ def environment(folder, slow=None, **more):
 
 
 def write_spec(folder, text=SPEC):
+    """Writes a specification to `folder`; returns the file's path."""
     path = folder / "spec.toml"
     path.write_text(text)
     return path
 
 
 def words(spec, *more):
+    """The command line of a sweep with the further arguments `more`."""
     return [sys.executable, "-m", "sunbeam_mitsuba.sweep", str(spec), *map(str, more)]
 
 
 def sweep(spec, *more, slow=None, **variables):
-    """Runs a sweep to its end."""
+    """Runs a sweep to its end, with further arguments `more` and environment `variables`."""
     env = environment(spec.parent, slow, **variables)
     return subprocess.run(words(spec, *more), env=env, capture_output=True, text=True, timeout=300)
 
@@ -77,17 +82,18 @@ def begin(spec, *more, slow=None, group=False, **variables):
     """Begins a sweep in the background; with `group` in its own process group, for an interrupt as by a terminal."""
     env = environment(spec.parent, slow, **variables)
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    # Tests started in the background may ignore SIGINT, which children would inherit.
     return subprocess.Popen(
         words(spec, *more), env=env, start_new_session=group, preexec_fn=heeding_interrupts, **pipes
     )
 
 
 def heeding_interrupts():
+    """Lets SIGINT end the process. Tests started in the background may ignore it, which children inherit."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def results(folder):
+    """Files of the results that a sweep has stored in its output `folder`."""
     return sorted(folder.glob("results/*/*.json"))
 
 

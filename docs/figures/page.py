@@ -42,7 +42,7 @@ def write_part(name: str, figures: dict, docs: Path = DOCS) -> Path:
     page, text, region = find_region(name)
     data, written = docs / "data" / f"{name}.json", docs / page.name
     data.parent.mkdir(parents=True, exist_ok=True)
-    # Before the template is filled, so that its faults lose no measurement: `--from-data` fills it later.
+    # The data are saved first, so that a fault of the template loses no measurement: `--from-data` fills it later.
     data.write_text(json.dumps(figures, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     filled = f"{text[: region.start(1)]}{render(name, figures)}{text[region.end(1) :]}"
     written.write_text(filled, encoding="utf-8")

@@ -4,7 +4,8 @@ The amplitude in a direction is P = Σ_n (iκ)ⁿ/n! · F{hⁿ} (docs/model.md).
 is 2π(1 + cosθo)/λ, at normal incidence, and F is the Fourier transform under the coherence window. The series is that
 of Single 2014, a thesis, without the rounding of single precision. Its four parts are the terms n ≡ r (mod 4), r = 0 …
 3. Amplitudes are computed at WAVELENGTH_UM for all directions of a map, as in map_panels.py: pixels are direction sines
-(x, y) in [−1, 1]², row by row from the top, where y is largest. In bounds and the plot, x is instead the largest κh.
+(x, y) in [−1, 1]², row by row from the top, where y is largest. In the formulas of bounds and in the plot, x is instead
+the largest κh.
 """
 
 from __future__ import annotations
@@ -53,9 +54,8 @@ class Sums:
     def bound(self, terms: int) -> float:
         """Lagrange's bound of the remainder after N = `terms` terms: xᴺ/N!, as no derivative of e^(ix) exceeds 1.
 
-        It is computed by its logarithm; lgamma(N + 1) = log N!.
-
-        Bounds above e³⁰⁰ are cut off there, so that their product in `bound_of_the_source` does not overflow.
+        x is `argument`, and log N! is lgamma(N + 1). Bounds above e³⁰⁰ are cut off there, so that their product in
+        `bound_of_the_source` does not overflow.
         """
         return float(np.exp(min(terms * log(self.argument) - lgamma(terms + 1), 300.0)))
 

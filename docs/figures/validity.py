@@ -141,7 +141,7 @@ def model_checks() -> dict:
     return {"closed_form": float(max(closed)), "lobe": float(max(lobe))}
 
 
-def limiting() -> list[dict]:
+def sums_with_energy_conservation() -> list[dict]:
     """Sums over the orders of a shallow sinusoid, by the model with energy conservation.
 
     A row for each coherence length lists sums by angle of incidence, as means over the wavelengths. Exact sums are 1.
@@ -223,7 +223,7 @@ def figures() -> dict:
         },
         "mean_nm": mean_nm,
         "sweeps": swept,
-        "limiting": limiting(),
+        "limiting": sums_with_energy_conservation(),
         "surfaces": surfaces(),
         "metals": metals.figures(folder / "metals.svg", BOUND, REACHES_DEG),
     }

@@ -68,11 +68,10 @@ impl BuiltSurface {
     /// that transmit, whose values include the material, it is always 1.
     fn interface(&self, wi: Vec3, wo: Vec3) -> f64 {
         match &self.tables {
-            Tables::Scalar(surface, _) if surface.options().body.is_some() => 1.0,
-            Tables::Scalar(surface, index) => {
+            Tables::Scalar(surface, index) if surface.options().body.is_none() => {
                 Pair::new(wi, wo).map_or(0.0, |pair| pair.interface(*index, surface.options().obliquity))
             }
-            Tables::Rigorous(_) => 1.0,
+            Tables::Scalar(..) | Tables::Rigorous(_) => 1.0,
         }
     }
 

@@ -140,20 +140,22 @@ impl EfficiencyTable {
                 let periods = 1e3 * period_um / nm;
                 let (t, a) = (periods * (1.0 - y * y).sqrt(), periods * x);
                 // The Bloch phase is a up to an integer, so a itself will do.
-                let exact = solver.efficiencies(t, a, &[nm])?;
+                let solved = solver.efficiencies(t, a, &[nm])?;
                 let view = EfficiencyView::<Plain<f64>> { layout: self.layout, words: &self.words };
                 let channels = view.channels(&view.bounds(periods, y), a, true);
-                let errors = (0..solver.sides()).flat_map(|side| {
+                let channel_count = channels.count as usize;
+                let mut errors = Vec::new();
+                for side in 0..solver.sides() {
+                    // Incident light is order 0 on its side.
                     let (incident, _) = channels.of_order(0.0, side == 1);
                     let row = view.row(&channels, incident, nm, true);
-                    let count = channels.count as usize;
-                    let exact = &exact[0][incident as usize * count..][..count];
-                    let numbered = exact.iter().enumerate();
-                    numbered
-                        .map(|(channel, exact)| (view.entry(&row, channel as u32, true) - exact).abs())
-                        .collect::<Vec<_>>()
-                });
-                Ok(errors.collect::<Vec<_>>())
+                    // The matrix at the only wavelength, and its row of the incident channel.
+                    let exact = &solved[0][incident as usize * channel_count..][..channel_count];
+                    for (outgoing, exact) in exact.iter().enumerate() {
+                        errors.push((view.entry(&row, outgoing as u32, true) - exact).abs());
+                    }
+                }
+                Ok(errors)
             })
             .collect::<Result<Vec<_>, GratingError>>()?
             .concat();

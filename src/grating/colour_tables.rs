@@ -318,8 +318,10 @@ fn spectral_weight_table() -> Vec<f32> {
 }
 
 /// Table of order 0's colours, packets `[cosine][length]` of the projection (see [`ColourTables::order_zero`]): its
-/// efficiency averaged over wavelengths with sRGB's weights times ν², the factor 1/λ² of `f_r`. Below an interface it
-/// is divided by the reflectance of a flat surface, whose root at the critical angle it would not resolve.
+/// efficiency averaged over wavelengths with sRGB's weights times ν², the factor 1/λ² of `f_r`.
+///
+/// For light reflected below an interface, the efficiency is divided by the reflectance of a flat surface. That has a
+/// square root at the critical angle, which the table would not resolve.
 fn order_zero_table(grating: &GratingSurface, kind: OrderZero) -> Vec<f32> {
     let (sides, sign) = kind.incidence();
     let coordinate = |node: u32| (f64::from(node) / f64::from(ORDER_ZERO_NODES - 1)).max(COORDINATE_MIN);
@@ -354,6 +356,7 @@ fn order_zero_table(grating: &GratingSurface, kind: OrderZero) -> Vec<f32> {
 pub(super) fn flat_reflectance<N: Numbers>(interface: InterfaceCells, cosine: N::Real) -> N::Real {
     /// Smallest reflectance, which divides efficiencies: media of nearly the index of air hardly reflect.
     const REFLECTANCE_MIN: f64 = 1e-3;
+    // Fresnel's equations do not read `normal_min`.
     let body = TransparentBody { eta: interface.eta, is_film: false, normal_min: 0.0 };
     let zero = N::Real::lit(0.0);
     body.wave::<N>([zero, zero, -cosine]).reflectance().max(N::Real::lit(REFLECTANCE_MIN))

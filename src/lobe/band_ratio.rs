@@ -10,6 +10,7 @@
 
 use crate::colour::SpectralToRgb;
 use crate::numeric::Real;
+use crate::numeric::math::polynomial;
 use serde::{Deserialize, Serialize};
 
 /// Number of coefficients of a polynomial in the cosine. With this number it follows the ratios of measured metals to
@@ -55,38 +56,31 @@ impl BandRatio {
     /// the half vector of the pair, `read_cosine` that at the half vector at which the table is read.
     #[inline(always)]
     pub(super) fn quotients<R: Real>(&self, cosine: R, read_cosine: R) -> [R; 3] {
-        let least = R::lit(MEAN_MIN);
-        let one = R::lit(1.0);
-        let mean = |polynomial: &[f64; COEFFICIENTS], cosine: R| {
-            let cosine = cosine.clip(R::lit(0.0), one);
-            // Horner's scheme.
-            polynomial.iter().rev().fold(R::lit(0.0), |sum, c| sum.fma(cosine, R::lit(*c))).max(least)
-        };
-        std::array::from_fn(|band| {
-            let polynomial = &self.polynomials[band];
-            mean(polynomial, cosine) / mean(polynomial, read_cosine)
-        })
+        let [cosine, read_cosine] = [cosine, read_cosine].map(|cosine| cosine.clip(R::lit(0.0), R::lit(1.0)));
+        let mean = |band: usize, cosine: R| polynomial(cosine, &self.polynomials[band]).max(R::lit(MEAN_MIN));
+        std::array::from_fn(|band| mean(band, cosine) / mean(band, read_cosine))
     }
 }
 
-/// Coefficients of the polynomial with the given values at the given abscissae, from the constant on.
-fn polynomial_through<const N: usize>(x: [f64; N], mut divided: [f64; N]) -> [f64; N] {
-    // Newton's divided differences: from the values, computed in place.
+/// Coefficients, from the constant on, of the polynomial with these `values` at the abscissae `x`.
+fn polynomial_through<const N: usize>(x: [f64; N], values: [f64; N]) -> [f64; N] {
+    // Newton's divided differences, computed in place.
+    let mut divided = values;
     for order in 1..N {
         for i in (order..N).rev() {
             divided[i] = (divided[i] - divided[i - 1]) / (x[i] - x[i - order]);
         }
     }
-    // Expands the nested form from the highest difference down: p ← p·(t − x_i) + divided_i.
-    let mut polynomial = [0.0; N];
+    // Expands the nested form from the highest difference down: p(t) ← p(t)·(t − x_i) + divided_i.
+    let mut coefficients = [0.0; N];
     for i in (0..N).rev() {
         for power in (0..N).rev() {
-            let lower = if power > 0 { polynomial[power - 1] } else { 0.0 };
-            polynomial[power] = lower - x[i] * polynomial[power];
+            let lower = if power > 0 { coefficients[power - 1] } else { 0.0 };
+            coefficients[power] = lower - x[i] * coefficients[power];
         }
-        polynomial[0] += divided[i];
+        coefficients[0] += divided[i];
     }
-    polynomial
+    coefficients
 }
 
 #[cfg(test)]

@@ -4,7 +4,8 @@
 use super::{LinearSrgb, Lobe, Sides, mixture_density, sample_mixture};
 use crate::numeric::{Number, Numbers, Real};
 
-/// A lobe's own value, density and draw in linear sRGB. Every type that implements the trait is a [`Lobe`] over
+/// A lobe's own value, density and draw in linear sRGB. [`Sides`] tells on which sides of the relief it has light, and
+/// with which probability a sample leaves on each. Every type that implements the trait is a [`Lobe`] over
 /// [`LinearSrgb`].
 pub(crate) trait InColour<N: Numbers>: Sides<N> {
     /// Treatment of negative channels.
@@ -60,7 +61,7 @@ pub enum Gamut {
     /// Negative channels are returned. Sums of such colours are the colours of the summed spectra.
     Keep,
     /// Grey of equal luminance is mixed in until no channel is negative, for renderers that reject negative channels.
-    /// Clamping negative channels to zero instead would add light: a sixth of the red of a grating.
+    /// Clamping negative channels to zero instead would add light.
     Desaturate,
 }
 

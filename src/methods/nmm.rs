@@ -2,8 +2,8 @@
 //! light from wi leaves along wo. Sources are listed in docs/model.md#sources.
 //!
 //! `q = wi + wo = (u, v, w)` is the scattering vector, (Lx, Ly) the extent of the tile in µm, and S the power spectrum
-//! in µm², computed from a neighbourhood of orders like that of [`super::Flss`]. The *spans* are |u|Lx and |v|Ly, and N
-//! is their sum.
+//! in µm², computed from the orders nearest to q (`orders.rs`). The *spans* are |u|Lx and |v|Ly in µm, and N is their
+//! sum.
 //!
 //! The list of wavelengths along x is `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`; that along y has v
 //! and Ly. The lists have the densities `|u|Lx/λ²` and `|v|Ly/λ²` over λ. The colour is a sum over both lists:
@@ -17,8 +17,9 @@
 //! nearer to it than to other orders. Both forms therefore multiply S by the ratio of the mean to the peak
 //! ([`line_width`]).
 //!
-//! A list is left out where it has no order other than 0: along an axis of one pixel, and for a span below λmin. Where
-//! both are left out, around (u, v) = (0, 0), the answer is white with the value at 550 nm, as in Single 2014.
+//! A list, and its span in N, is left out where it has no order other than 0: along an axis of one pixel, and for a
+//! span below λmin. Where both lists are left out, around (u, v) = (0, 0), the answer is white with the value at 550
+//! nm, as in Single 2014.
 
 use super::colours::{self, Colours, colour_density};
 use super::order_grid::OrderGrid;
@@ -60,7 +61,8 @@ pub(super) struct NmmUniform {
 pub struct Nmm {
     /// Orders for values at one wavelength, with the neighbourhood that the tolerance requires.
     orders: Orders,
-    /// Orders for colours, whose neighbourhood suffices for a tolerance of at least [`COLOUR_TOLERANCE_MIN`].
+    /// The same orders for colours. Unless the options give a neighbourhood, it is only as large as a tolerance of at
+    /// least [`COLOUR_TOLERANCE_MIN`] requires.
     colour_orders: Orders,
     /// Density of the colour weights over the wavelength: `weight`, or `W` in the unweighted form.
     colours: Colours,
@@ -107,8 +109,9 @@ impl Relief for Nmm {
         // Whether an axis has a list: orders other than 0 are stored, and the span reaches the first of them.
         let listed = [0, 1].map(|axis| grid.reach[axis] > 0 && span_um[axis] >= WAVELENGTH_MIN_UM);
         let axes = || (0..2).filter(move |&axis| listed[axis]);
-        let total: f32 = axes().map(|axis| span_um[axis]).sum();
-        if total == 0.0 {
+        // N, the sum of the spans of the lists.
+        let total_um: f32 = axes().map(|axis| span_um[axis]).sum();
+        if total_um == 0.0 {
             return [self.colour_orders.density_at(q, WHITE_UM) / (WHITE_UM * WHITE_UM); 3];
         }
         // Wavelengths in µm of the list along an axis, each with the line width.
@@ -122,7 +125,7 @@ impl Relief for Nmm {
             let (weight, colour) = (density * width, colour_density(&self.colours, um));
             rgb = [0, 1, 2].map(|c| rgb[c] + weight * colour[c]);
         });
-        rgb.map(|value| value / total)
+        rgb.map(|value| value / total_um)
     }
 
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {

@@ -11,7 +11,7 @@
 //! | term_{j,n} | Fourier coefficient j of T_n(h/H) (Chebyshev series) or (h/H)ⁿ (Taylor series) |
 //! | p = (u·Lx, v·Ly)/λ | *position* of q among the orders: order j is at p = j |
 //! | s | standard deviation of the coherence window in µm |
-//! | sharpness = 2π²s²/L² | of the window's Gaussian over p along an axis: `exp(−sharpness·(p − j)²)` |
+//! | sharpness = 2π²s²/L² | factor in the window's Gaussian over p along an axis, `exp(−sharpness·(p − j)²)` |
 //! | S | power spectrum in µm² of the patch model (docs/model.md) |
 //!
 //! The amplitudes of neighbouring orders add up with the window's Gaussian over p. The *neighbourhood* is the number of
@@ -116,7 +116,7 @@ impl Orders {
             neighbourhood: neighbourhood as u32,
             full_terms_kappa_h: match options.terms {
                 Some(_) => 0.0,
-                // At the largest κH, `count` terms are summed: none of the zeros that fill up the terms.
+                // Above the largest κH, at which `count` terms are summed: the zeros that fill up `terms` never are.
                 None => (kappa_h_max(transform.half_range_um()) + (terms - count) as f64) as f32,
             },
         };

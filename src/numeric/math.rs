@@ -34,6 +34,7 @@ pub fn u16_pair<N: Numbers>(word: N::Index) -> [N::Real; 2] {
 #[inline(always)]
 pub fn cubic_b_spline<R: Real>(distance: R) -> R {
     let d = distance.abs();
+    // 2/3 − d²(1 − d/2) up to a distance of 1, (2 − d)³/6 beyond.
     let rest = (R::lit(2.0) - d).max(R::lit(0.0));
     let near = R::lit(2.0 / 3.0) - d * d * d.fma(R::lit(-0.5), R::lit(1.0));
     R::select(d.lt(R::lit(1.0)), near, rest * rest * rest * R::lit(1.0 / 6.0))
@@ -42,6 +43,7 @@ pub fn cubic_b_spline<R: Real>(distance: R) -> R {
 /// Weights of the coefficients of the knots −1, 0, 1, 2 in a uniform cubic B-spline at `t` in [0, 1].
 #[inline(always)]
 pub fn cubic_b_spline_weights<R: Real>(t: R) -> [R; 4] {
+    // t³/6 and 2/3 − t²(1 − t/2): the outer and the inner pieces of the spline.
     let s = R::lit(1.0) - t;
     let outer = |t: R| t * t * t * R::lit(1.0 / 6.0);
     let inner = |t: R| (t * t).fma(t.fma(R::lit(0.5), R::lit(-1.0)), R::lit(2.0 / 3.0));

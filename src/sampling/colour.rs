@@ -11,7 +11,7 @@
 //! block                                 4 × 4 nodes, for which sums are stored; squares are widened to whole blocks
 //! M(u, v)                               mix of the M_b of two neighbouring slices, about a typical w of the incidence
 //! passage                               incident wave vector, and largest tangential length (reach) of outgoing ones
-//! turn                                  −1 where light arrives or leaves below a relief: F is at (−u, −v); 1 elsewhere
+//! turn                                  sign of (u, v) in look-ups: −1 for light from or to below the relief, else 1
 //! pdf(wo) = M(u, v) cosθo / ∬M du dv    density in 1/sr; the integral is over the square wi_xy ± reach
 //! ```
 //!
@@ -254,7 +254,7 @@ impl<N: Numbers> ColourSamplerView<N> {
         let lit = N::Real::lit;
         let (rectangle, _, total) = self.square(passage, active);
         let position = [0, 1].map(|axis| N::widen(self.position(passage.tangential[axis] + outgoing[axis])));
-        // Counts at the position, interpolated between nodes.
+        // Counts of each slice at the position, interpolated between nodes.
         let counts = self.areas().tents(position, &rectangle, active);
         let mass_per_count = self.mass_per_count(passage);
         let mass = (0..BANDS).fold(lit(0.0), |sum, b| mass_per_count[b].fma(counts[b], sum));

@@ -59,8 +59,8 @@ impl Cover {
     pub fn transmittance(self, w: Vec3) -> f64 {
         let squared = self.eta * self.eta;
         let normal = (squared - 1.0 + w[2] * w[2]).sqrt();
-        // Mean of 4 cosθ·n cosθ'/s² and 4n² cosθ·n cosθ'/p² for the states s and p, with n cosθ' = √(n² − sin²θ).
-        // The products do not cancel near the horizon, as 1 − R would.
+        // With N = n·cosθ' = √(n² − sin²θ) (`normal`) and the denominators s and p of the Fresnel coefficients, this is
+        // the mean of 4N·cosθ/s² and 4N·n²·cosθ/p². Near the horizon this form is more precise than 1 − R.
         let (s, p) = (w[2] + normal, squared * w[2] + normal);
         2.0 * w[2] * normal * (1.0 / (s * s) + squared / (p * p))
     }
@@ -166,6 +166,7 @@ mod tests {
             let cos = (i as f64 + 0.5) / f64::from(steps);
             cover.solid_angle_ratio([(1.0 - cos * cos).sqrt(), 0.0, cos])
         };
+        // Solid angle of the cone over 2π: the mean of the ratio over cosθ.
         let inside = (0..steps as usize).map(ratio).sum::<f64>() / f64::from(steps);
         assert!((inside - (1.0 - (1.0 - 1.0 / (1.58 * 1.58f64)).sqrt())).abs() < 1e-6);
     }

@@ -39,7 +39,7 @@ impl<N: Numbers> Scattering<N> {
         }
     }
 
-    /// [`Reading::arguments`] of this scattering vector.
+    /// Arguments of a table's look-up: the frequency f in cycles/µm and κ in rad/µm ([`Reading::arguments`]).
     #[inline(always)]
     pub(crate) fn at(&self, reading: &Reading<N>) -> ([N::Double; 2], N::Real) {
         reading.arguments(self.tangential, self.normal)

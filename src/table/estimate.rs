@@ -1,9 +1,10 @@
 //! Cost of building tables, from sizes alone.
 //!
 //! A build transforms the relief at every knot in the phase rate κ, and computes a spline through the knots of every
-//! kept node: a node that the look-up of some pair of directions reads. The numbers of knots and nodes follow from
-//! sizes and options. An estimate transforms nothing and allocates at most 20 kB, so that an endless build is
-//! refused at once.
+//! kept node: a node that the look-up of some pair of directions reads. A header and the coefficients of the spline are
+//! the node's *record* in the table. Builds with finer knots follow until the tolerance is met (`build.rs`). Estimates
+//! are for all of them, with the knots of the last one. The numbers of knots and nodes follow from sizes and options.
+//! An estimate transforms nothing and allocates at most 20 kB, so that an endless build is refused at once.
 //!
 //! - `knots`: number of knots in the range of κ. Knots beyond its upper end are transformed as well:
 //!   `computed_knots = knots + EXTRA_KNOTS`. Values at the knots below κ = 0 are mirrored from those above. They take
@@ -304,7 +305,8 @@ impl KeptCount {
         let mut kept = Self { nodes: 0.0, lattice_nodes, floats: 0.0 };
         for y in &y {
             for x in &x {
-                // None: beyond the frequencies of all pairs of directions, so the nodes have no record.
+                // Records extend to the largest κ of look-ups that read the nodes. Beyond the frequencies of all pairs
+                // of directions nodes have no record.
                 if let Some(kappa) = kappa_reached([x.frequency_per_um, y.frequency_per_um]) {
                     kept.nodes += x.nodes * y.nodes;
                     kept.floats += x.nodes * y.nodes * record_floats(quantity, (kappa / kappa_step).floor());

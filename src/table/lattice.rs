@@ -125,9 +125,9 @@ impl Lattice {
     }
 }
 
-/// Support of a patch's data over the width of an aperiodic scan. The phase screen ends at half the width on either
-/// side, but does not decay towards its end as an autocorrelation does, for which [`OVERSAMPLING`] was chosen. 0.8
-/// instead of 0.5 compensates for this.
+/// Support of a patch's data over the width of an aperiodic scan. The phase screen ends at 0.5 on either side, but does
+/// not decay towards its end as an autocorrelation does, for which [`OVERSAMPLING`] was chosen. A larger support
+/// compensates for this.
 const PATCH_SUPPORT: f64 = 0.8;
 
 /// Factor on the interpolation's tolerance for the ensemble of an aperiodic scan. Its spectrum has gaps between its

@@ -13,11 +13,13 @@
 
 namespace {
 
+/// Throws the library's message unless a call succeeded.
 void check(sunbeam_status status) {
     if (status != SUNBEAM_STATUS_OK)
         throw std::runtime_error(sunbeam_last_error());
 }
 
+/// A surface of the library, which is freed with the object.
 class Surface {
 public:
     explicit Surface(const std::string &config) {
@@ -44,8 +46,10 @@ struct Vertex {
     float pdf;
 };
 
+/// Distance in floats between a member of a vertex and that of the next one.
 constexpr std::ptrdiff_t STRIDE = sizeof(Vertex) / sizeof(float);
 
+/// Throws unless the expectation `what` holds.
 void expect(bool holds, const char *what) {
     if (!holds)
         throw std::logic_error(what);
@@ -58,9 +62,9 @@ int main() try {
                              "conserve_energy": false})");
     std::vector<Vertex> vertices(100);
     for (std::size_t i = 0; i < vertices.size(); ++i) {
-        const float x     = .006f * float(i); // the mirror direction and directions around it
-        vertices[i]       = { { -.6f, 0.f, .8f }, { .6f - x, 0.f, 0.f }, { 400.f, 500.f, 600.f, 700.f }, {}, 0.f };
-        vertices[i].wo[2] = std::sqrt(1.f - (.6f - x) * (.6f - x));
+        // From the mirror direction, x = 0.6, almost to the normal.
+        const float x = .6f - .006f * float(i), z = std::sqrt(1.f - x * x);
+        vertices[i] = { { -.6f, 0.f, .8f }, { x, 0.f, z }, { 400.f, 500.f, 600.f, 700.f }, {}, 0.f };
     }
     check(sunbeam_surface_eval_pdf(mirror.get(), vertices.size(), { vertices[0].wi, STRIDE },
                                    { vertices[0].wo, STRIDE }, 4, { vertices[0].wavelengths_nm, STRIDE },

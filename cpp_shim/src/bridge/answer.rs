@@ -2,7 +2,7 @@
 //!
 //! The code is generic over a family of numbers ([`Numbers`]): [`Plain`] for plain numbers, [`Lanes`] for four SIMD
 //! lanes, [`Traced`] for variables of Dr.Jit (traced.rs). A surface has one of four kinds of tables ([`Tables`]), and
-//! each kind has a [`Lobe`] that evaluates it. In `tables`, part 0 is the surface with its tables, part 1 their origin.
+//! each kind has a [`Lobe`] that evaluates it. `tables.0` is the surface with its tables, without their origin.
 //! Directions and units are those of bridge.rs.
 
 use super::super::scope::Scope;
@@ -19,7 +19,7 @@ use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 /// Arguments of an evaluation, by value or traced.
 #[derive(Clone, Copy)]
 pub(super) struct Query<N: Numbers> {
-    /// Table data ([`Surface::all_words`]).
+    /// Table data, in the parts of [`Surface::all_words`].
     pub(super) words: [N::Words; 3],
     /// The direction `wi`; `from` in a query of a matrix.
     pub(super) wi: [N::Real; 3],

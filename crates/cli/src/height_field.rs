@@ -253,7 +253,7 @@ impl HeightFieldArgs {
     }
 }
 
-/// The preview as PNG: the tile in its true proportions, with the nearest height for each pixel and +y up.
+/// The preview as PNG: the tile in its true proportions, +y up. Each pixel shows one height, without interpolation.
 fn preview_png(field: &HeightField) -> Result<Vec<u8>, Box<dyn Error>> {
     let (lx, ly) = field.extent_um();
     let preview_pixel_um = lx.max(ly) / PREVIEW_PIXELS;

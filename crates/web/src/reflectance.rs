@@ -7,8 +7,8 @@
 //! `f_r` = interface · angular factor · relief's part
 //!
 //! The interface factor ([`Pair::interface`]) is Fresnel's reflectance or the small-slope factor. The angular factor
-//! ([`Options::angular_factor`]) has the obliquity and shadowing. Under a cover all are taken between the directions
-//! inside, and multiplied by the cover's factor ([`Inside`]).
+//! ([`Options::angular_factor`]) is the product of obliquity and shadowing. Under a cover, answer and factors are those
+//! of the directions inside it, and `f_r` is multiplied by the cover's factor ([`Inside`]).
 
 use crate::settings::Settings;
 use sunbeam::methods::{AnswerKind, Method};

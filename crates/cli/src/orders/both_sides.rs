@@ -103,7 +103,7 @@ fn scalar(
 /// They are known only where the plane of incidence is perpendicular to the grooves. There TE and TM are the states s
 /// and p of incident and outgoing light, and light keeps its state.
 fn te_tm(pair: &BodyOrder, wi: Vec3, x: f64) -> Option<[f64; 2]> {
-    /// Largest direction cosine along the grooves that counts as zero. That of an azimuth of 180° is 1e-16.
+    /// Largest direction cosine along the grooves that counts as zero. At an azimuth of 180° it is 1e-16 by rounding.
     const ACROSS: f64 = 1e-12;
     if wi[1].abs() > ACROSS {
         return None;

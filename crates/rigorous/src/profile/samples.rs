@@ -22,8 +22,8 @@ const WALL_ANGLE_MIN: f64 = 1.047;
 /// Largest deviation of samples from a straight edge, as a fraction of the relief's height. On a relief five
 /// wavelengths high it shifts a reflected wavefront by a hundredth of a wavelength.
 const STRAIGHT_DEVIATION_MAX: f64 = 1e-3;
-/// Largest sum of the magnitudes of the Fourier coefficients left out, as a fraction of the largest one. The relief
-/// changes by about a ten-thousandth of its height.
+/// Largest sum of the magnitudes of the harmonics left out, as a fraction of the largest harmonic. The relief changes
+/// by about a ten-thousandth of its height.
 const TRUNCATION_MAX: f64 = 1e-4;
 /// Fewest samples of a spline, the number of coefficients of a cubic. A piece of fewer samples becomes a straight edge.
 const SPLINE_SAMPLES_MIN: usize = 4;

@@ -10,7 +10,8 @@ use ndarray::Array2;
 const NODE_DISTANCE_MAX: f64 = 0.05;
 /// Largest number of grid nodes for each given point. Beyond it points are scattered rather than missing.
 const NODES_PER_POINT_MAX: usize = 4;
-/// Largest gap between equal coordinates, as a fraction of the widest gap. Rounding is far smaller than a step.
+/// Largest gap between equal coordinates, which differ by rounding, as a fraction of the widest gap. The widest gap is
+/// one step, or more where rows or columns of points are missing: at most eight neighbouring ones may be.
 const EQUAL_GAP_MAX: f64 = 0.1;
 /// Largest relative deviation of a single step from the median gap. It is below 1, since a gap at one missing node is
 /// twice as wide.
