@@ -28,10 +28,10 @@ fn states(k: Vector, n: Complex64) -> [Wave; 2] {
     [s, p].map(|electric| Wave { fields: [electric, cross(k, electric)], k_z: k[2] })
 }
 
-/// Amplitudes `[reflected, transmitted][outgoing state][incident state]` of light that arrives from `wi` in air, per
-/// height h and wave number, to first order in h. The relief has the height `h·exp(iK·x)`, where K takes the tangential
-/// wave vector of the arriving light to that of `wo`. The transmitted light has the tangential wave vector of `wo`,
-/// too.
+/// Amplitudes `[reflected, transmitted][outgoing state][incident state]` of light that arrives from `wi` in air, over
+/// the height h times the wave number, to first order in h. The relief has the height `h·exp(iK·x)`, where K takes the
+/// tangential wave vector of the arriving light to that of `wo`. The transmitted light has the tangential wave vector
+/// of `wo`, too.
 ///
 /// They follow from the boundary conditions: the fields' components along the actual surface are continuous.
 pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2]; 2]; 2] {
@@ -79,6 +79,7 @@ pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2];
         }
         solved(to[0], to[1], jump)
     };
+    // Amplitudes from incident s and from incident p, each in the order of `solved`.
     let [s, p] = [of_state(0), of_state(1)];
     [[[s[0], p[0]], [s[1], p[1]]], [[s[2], p[2]], [s[3], p[3]]]]
 }
