@@ -61,7 +61,8 @@ pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2];
     let (from, to) = ([-wi[0], -wi[1]], [wo[0], wo[1]]);
     let arriving = states(wave_vector(from[0], from[1], -1.0, one), one);
     let (up, down) = outgoing(from[0], from[1]);
-    let of_state = |state: usize| {
+    // Amplitudes of the scattered waves, in the order of `solved`, from light in the incident state s (0) or p (1).
+    let scattered_from = |state: usize| {
         let flat = solved(from[0], from[1], -tangential(&arriving[state].fields));
         // Waves at a flat surface with their amplitudes; waves in the medium count negatively.
         let waves =
@@ -79,7 +80,6 @@ pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2];
         }
         solved(to[0], to[1], jump)
     };
-    // Amplitudes from incident s and from incident p, each in the order of `solved`.
-    let [s, p] = [of_state(0), of_state(1)];
+    let [s, p] = [scattered_from(0), scattered_from(1)];
     [[[s[0], p[0]], [s[1], p[1]]], [[s[2], p[2]], [s[3], p[3]]]]
 }

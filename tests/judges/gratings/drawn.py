@@ -200,7 +200,9 @@ def sinusoidal_relief(
     slope = np.pi * height_um / period_um
     # Frequencies in cycles per µm: six times that of the waves, and harmonics of the grating, more for steeper slopes.
     cutoff = factor * (6e3 / wavelength_nm + (10 + 25 * slope) / period_um)
-    return Relief(wave, (period_um, 0.4 / cutoff)), CrossedResolution(cutoff, round(factor * 26), tolerance=1e-7, steps_max=300)
+    return Relief(wave, (period_um, 0.4 / cutoff)), CrossedResolution(
+        cutoff, round(factor * 26), tolerance=1e-7, steps_max=300
+    )
 
 
 def scatmech(setting: Setting, waves: int) -> Answer:
