@@ -48,7 +48,8 @@ impl<K: Eq + Hash, T> Shared<K, T> {
             let slots = slots.get_or_insert_with(HashMap::new);
             // Keeps the slots that another call holds and those whose value has a user.
             slots.retain(|_, slot| {
-                Arc::strong_count(slot) > 1 || slot.try_lock().is_ok_and(|value| value.strong_count() > 0)
+                Arc::get_mut(slot)
+                    .is_none_or(|value| value.get_mut().unwrap_or_else(PoisonError::into_inner).strong_count() > 0)
             });
             Arc::clone(slots.entry(key).or_default())
         };

@@ -105,8 +105,8 @@ impl Path {
             let wavelength_nm = 1e3 * wavelength_um;
             let wavelength_rgb = colours.density(wavelength_nm);
             for (w_index, &w) in sampled_w.iter().enumerate() {
-                // The largest w are those of smaller radii, which also read the ring. At its own radius no pair of
-                // directions has a κ beyond the limit, and records end there.
+                // The largest w belong to look-ups at smaller radii, which interpolate with this ring. At its own
+                // radius no pair of directions has a κ beyond the limit, and records end there.
                 let kappa = (TAU * w / wavelength_um).min(table.kappa_limit([frequency, 0.0]));
                 // The four coefficients of a record's spline that are read at this κ, and the factors of `Term`.
                 let curve = NodeCurve::new(table, kappa);

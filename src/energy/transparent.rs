@@ -80,6 +80,7 @@ impl AlbedoTable {
         let integral = BodyIntegral::new(table, body);
         let parts = integral.parts();
         let (cells, planes) = if integral.is_few() { CELLS_AND_PLANES_OF_FEW } else { SMALLEST_SIZE };
+        // Phase of the relief in rad per unit of w, at the shortest wavelength.
         let phase_max = phase_per_cosine(table, 1e-3 * WAVELENGTH_MIN_NM);
         let (planes, sizes) = match sizes {
             None => (planes, None),
@@ -88,6 +89,7 @@ impl AlbedoTable {
                 (planes, Some(axes))
             }
         };
+        // Planes per nm of wavelength.
         let per_nm = f64::from(planes - 1) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM);
         // Uniform planes, which are read for one size only.
         let (wavelength_min_nm, planes_per_nm) = (WAVELENGTH_MIN_NM as f32, per_nm as f32);
@@ -101,6 +103,7 @@ impl AlbedoTable {
         let offsets: &[[f64; 3]] = if phase_max > DEEP_PHASE { &DEEP_OFFSETS } else { &[[0.0; 3]] };
         let grid = Grid { cells };
         let slabs = sizes.map_or(1, |axes| axes.slabs);
+        // Number of nodes in a slab.
         let in_slab = planes as usize * grid.in_plane();
         let steps = progress.of_steps(2 * slabs as usize * in_slab);
         // The side of air comes first, then that of the medium.

@@ -33,6 +33,8 @@ const FULL_CELLS: f64 = 14.0;
 /// it adds little. Smaller values need more wavelengths.
 const WAVELENGTH_TOLERANCE: f64 = 1.6e-3;
 
+// The following times serve estimates of a build alone. A slower machine takes longer than estimated.
+
 /// Seconds on one core for the matrices of the air at one point, over the squared number of nodes on the profile;
 /// measured.
 const AIR_SECONDS: f64 = 1e-6;

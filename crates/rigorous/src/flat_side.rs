@@ -1,4 +1,5 @@
-//! The flat lower side of a film: a boundary between the medium, above, and air, below. Light passes it once.
+//! The flat lower side of a film: a boundary between the medium, above, and air, below. Light passes it once; what the
+//! side reflects is left out.
 //!
 //! | symbol | meaning |
 //! | --- | --- |

@@ -78,12 +78,12 @@ pub(crate) fn layer_matrices(
     let window = window_range(wave_number.im, d);
     let height = nodes.height();
     // Images summed one by one on either side of the nearest one.
-    let count = match images {
+    let image_count = match images {
         Images::Near(count) => count,
         Images::All => 0,
     };
     // The nearest image is at most half a period away along x. Rounding may exceed the tables' ends (`Radial::hankel`).
-    let reach = (f64::from(count) + 0.5) * d;
+    let reach = (f64::from(image_count) + 0.5) * d;
     let least = (0.5 * nodes.spacing_min()).min(DISTANCE_MIN * d);
     let most = reach.hypot(height.max(HALF_HEIGHT_MIN * d));
     let radial = Radial::new(wave_number, least, most, window[1])?;
@@ -91,8 +91,9 @@ pub(crate) fn layer_matrices(
         Images::All => Some(LatticeSum::new(d, wave_number, bloch, height, &radial)?),
         Images::Near(_) => None,
     };
-    let phases = (-count - 1..=count + 1).map(|p| Complex64::cis(TAU * (bloch * f64::from(p)).fract())).collect();
-    let assembly = Assembly { nodes, wave_number, image_count: count, phases, window, radial, lattice };
+    let phases =
+        (-image_count - 1..=image_count + 1).map(|p| Complex64::cis(TAU * (bloch * f64::from(p)).fract())).collect();
+    let assembly = Assembly { nodes, wave_number, image_count, phases, window, radial, lattice };
     let rows = n / stride;
     let mut result = Layers { single: zeros(rows, n), double: zeros(rows, n) };
     for row in 0..rows {

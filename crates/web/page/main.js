@@ -42,7 +42,9 @@ async function open(hash) {
     // The page does not have the file yet. The file is an example, or the visitor has to drop it.
     const example = page.examples.find(({ file, sha256: sum }) => file === filename && (!sha256 || sum === sha256));
     page.example = example?.name ?? null;
-    page.source = example ? await fetchedOrNull(example) : null;
+    // There is no file while it is fetched.
+    page.source = null;
+    if (example) page.source = await fetchedOrNull(example);
     page.wanted = page.source ? null : { name: filename, sha256 };
   }
   showWanted();

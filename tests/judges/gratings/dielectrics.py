@@ -28,8 +28,8 @@ ETAS, PERIODS_UM, DEPTHS, THETA_MAX_DEG = (1.3, 2.5), (0.4, 4.0), (0.02, 0.4), 7
 WAVELENGTHS_NM = (450.0, 650.0)
 # Largest `unsettled` of an answer that has converged.
 SETTLED = 1e-3
-# Number of layers into which a relief is cut at the coarser resolution.
-LAYERS = {"sinusoid": 20, "blazed": 20, "lamellar": 1}
+# Number of layers into which a sinusoid or a sawtooth is cut at the coarser resolution.
+LAYERS = 20
 HEADER = "shape,eta,period_um,height_um,nm,theta_deg,azimuth_deg,side,order,s,p,unsettled"
 # Powers [s, p] by (side, order); the side is REFLECTED or TRANSMITTED.
 Answer = dict[tuple[int, int], np.ndarray]
@@ -93,13 +93,14 @@ def judged(
     if kind == "conical":
         coarse, fine = (scatmech(eta, period, height, nm, theta_deg, azimuth_deg, n * waves) for n in (1, 2))
         return extrapolated(coarse, fine, 0.0)
-    layers = LAYERS[kind]
-    is_cut = layers > 1
-    coarse = coupled_waves(kind, eta, period, height, nm, theta_deg, waves, layers)
-    fine = coupled_waves(kind, eta, period, height, nm, theta_deg, 2 * waves, 2 * layers if is_cut else 1)
-    # The error of layers is inverse to the square of their number. With twice as many, a third of the change is left.
-    answer, change = extrapolated(coarse, fine, 1 / 3 if is_cut else 0.0)
-    return answer, change * (1 / 3 if is_cut else 1.0)
+    setting = (kind, eta, period, height, nm, theta_deg)
+    if kind == "lamellar":
+        coarse, fine = (coupled_waves(*setting, n * waves, 1) for n in (1, 2))
+        return extrapolated(coarse, fine, 0.0)
+    coarse, fine = (coupled_waves(*setting, n * waves, n * LAYERS) for n in (1, 2))
+    # The error is inverse to the square of the number of layers. With twice the layers, a third of the change remains.
+    answer, change = extrapolated(coarse, fine, 1 / 3)
+    return answer, change * (1 / 3)
 
 
 def main() -> None:

@@ -113,9 +113,9 @@ def phase_screen(setting: Setting) -> np.ndarray:
     normal = setting.wi[2]
     normal_refracted = np.sqrt(ETA**2 - 1 + normal**2)
     normal_orders = np.sqrt(ETA**2 - (setting.tangential(setting.orders) ** 2).sum(axis=-1))
-    # Mean of the transmittances of s and of p.
-    s, p = 1 / (normal + normal_refracted), ETA / (ETA**2 * normal + normal_refracted)
-    fresnel = 2 * normal * normal_refracted * (s**2 + p**2)
+    # Mean of the transmittances of s and of p, which have the factor 4·normal·normal_refracted.
+    s, p = 1 / (normal + normal_refracted) ** 2, (ETA / (ETA**2 * normal + normal_refracted)) ** 2
+    fresnel = 2 * normal * normal_refracted * (s + p)
     phase = 2e3 * np.pi * setting.grating.height / setting.wavelength_nm * (normal - normal_orders)
     return fresnel * screen_powers(setting.grating.preset, setting.orders, phase)
 

@@ -298,6 +298,7 @@ fn from_matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> P
     if let Some(loose) = header.loose_counts.iter().find(|loose| ![nx, ny, total].contains(&loose.count)) {
         return Err(format!("line {} says {} points, but {nx} × {ny} follow", loose.line, loose.count));
     }
+    // The mask is 0 at missing points.
     let mask = values.split_off(total);
     for (value, flag) in values.iter_mut().zip(mask) {
         if flag == 0.0 {
