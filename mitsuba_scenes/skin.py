@@ -86,26 +86,28 @@ def skin_bsdf(parameters: dict, pigment: Path, eta: float = KERATIN) -> dict:
 def scale_values(values: np.ndarray) -> np.ndarray:
     """A picture over the snake's UVs that has one number on each scale. Row 0 is at v = 0, column 0 at u = 0.
 
-    Scale (i, j), where i + j is even, has its centre at u = i/ROWS[0], v = j/ROWS[1], and the number `values[i, j]`.
-    Scales beyond the edges of the picture reach into it, so i is from −1 to ROWS[0] + 1, and j from −1 to ROWS[1] + 1.
-    `values` has an entry for each of them; its last row and column are those of index −1. The tips of the
-    scales are those of a regular lattice; the mesh's are displaced at random by up to a twentieth of a half scale.
+    u runs along the body from head to tail, v around it. Scale (i, j), where i + j is even, has its centre at
+    u = i/ROWS[0], v = j/ROWS[1], and the number `values[i, j]`. Scales beyond the edges of the picture reach into it,
+    so i is from −1 to ROWS[0] + 1, and j from −1 to ROWS[1] + 1. `values` has an entry for each of them; its last row
+    and column are those of index −1. The scales form a regular lattice; the tips of the mesh's are displaced at random
+    by up to a twentieth of a half scale.
     """
     rows_u, rows_v = ROWS
-    # Centres of the texels in half scales.
+    # Centres of the texels in half scales: y along v, x along u.
     y, x = (np.mgrid[: rows_v * TEXELS, : rows_u * TEXELS] + 0.5) / TEXELS
     picture = np.zeros_like(x)
     # A scale lies over those nearer to the tail, so it is painted after them.
     for i in range(rows_u + 1, -2, -1):
         for j in range(-1, rows_v + 2):
+            # No scale has its centre here.
             if (i + j) % 2:
                 continue
             # The square of texels that the scale can cover: from one half scale before its centre to one beyond it.
             rows, columns = (slice(max(k - 1, 0) * TEXELS, max(k + 1, 0) * TEXELS) for k in (j, i))
             along, across = x[rows, columns] - i, np.abs(y[rows, columns] - j)
-            # lattice.rs explains the outline: an arc towards the tail, and parallel sides towards the head.
-            gauge = np.maximum(along, 0) ** OUTLINE + across**OUTLINE
-            inside = np.where(along > 0, gauge, across) <= 1
+            # The outline is an arc towards the tail, and parallel sides towards the head (lattice.rs).
+            in_arc = np.maximum(along, 0) ** OUTLINE + across**OUTLINE <= 1
+            inside = np.where(along > 0, in_arc, across <= 1)
             picture[rows, columns] = np.where(inside, values[i, j], picture[rows, columns])
     return picture
 

@@ -18,9 +18,13 @@ COMMENT = re.compile(r"^\s*<!-- (?P<kind>not run|first): (?P<text>.*) -->\s*$")
 class Block:
     """A fenced block, with the instructions of the comments before it."""
 
+    #: File of the page.
     page: Path
+    #: Number of the line that opens the block, from 1.
     line: int
+    #: Word after the opening backquotes; empty without one.
     language: str
+    #: Lines of the block without their common indentation.
     text: str = ""
     #: Reason why the block is not run; empty for a block that is.
     not_run: str = ""
@@ -33,6 +37,7 @@ class Block:
 
 def split(page):
     """Splits a page into its blocks and its other lines with their numbers."""
+    # `notes` are the comments that wait for their block, `fence` the line that opened the block being read.
     blocks, prose, notes, fence = [], [], [], None
     for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), start=1):
         if fence:
@@ -64,6 +69,7 @@ def anchors(page):
     found = set()
     for _, line in split(page)[1]:
         if heading := re.match(r"#{1,4} (.*)", line):
+            # Links become their text; backquotes and asterisks go.
             words = re.sub(r"\[([^]]*)\]\([^)]*\)|[`*]", lambda m: m[1] or "", heading[1]).strip().lower()
             found.add(re.sub(r"[^\w\- ]", "", words).replace(" ", "-"))
     return found
@@ -72,5 +78,6 @@ def anchors(page):
 def links(page):
     """Targets of the page's links and pictures, with their line numbers."""
     for number, line in split(page)[1]:
+        # Without code spans.
         for target in re.findall(r"\]\(([^()\s]+)\)", re.sub(r"`[^`]*`", "", line)):
             yield number, target

@@ -15,6 +15,7 @@ from types import ModuleType
 
 import pytest
 
+# Names of the parts, the first words of the lines.
 NEEDS = [line.split()[0] for line in Path(__file__).with_name("needs.txt").read_text(encoding="utf-8").splitlines()]
 
 
@@ -27,7 +28,7 @@ def required() -> set[str]:
 
 
 def miss(need: str, tests: str, reason: str) -> None:
-    """Reports that `tests` do not run because the part `need` is missing; fails where it is required."""
+    """Reports that the tests named `tests` lack the part `need` and do not run; fails where the part is required."""
     assert need in NEEDS, need
     if need in required():
         pytest.fail(f"SUNBEAM_REQUIRE names {need}: {reason}", pytrace=False)
@@ -54,4 +55,5 @@ def require_module(need: str, name: str) -> ModuleType:
         return importlib.import_module(name)
     except ImportError as error:
         skip(need, str(error))
+        # Not reached, since `skip` raises.
         raise

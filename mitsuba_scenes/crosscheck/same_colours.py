@@ -1,4 +1,4 @@
-"""Check (a) for a grating with `theory = rigorous` (docs/model.md#gratings-by-maxwells-equations), in an RGB variant.
+"""Check (a) of __init__.py for a grating with `theory = rigorous` (Maxwell's equations), in an RGB variant.
 
 Both renderers read equal tables of the orders' efficiencies. The plugin computes the orders' directions in double
 precision, the GPU's method `table` in single precision. Tests and docs/figures/crosscheck.py call this check; run.py

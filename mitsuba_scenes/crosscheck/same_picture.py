@@ -1,4 +1,4 @@
-"""Check (b): a picture by Mitsuba against the supersampled picture of the realtime renderer, by visible difference."""
+"""Check (b) of __init__.py: Mitsuba's picture looks like the supersampled picture of the realtime renderer."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 /// assert!(std::sync::Arc::ptr_eq(&first, &second));
 /// ```
 pub struct Shared<K, T> {
-    /// `None` until the first call, because an empty map is no constant.
+    /// Slots by key; `None` until the first call, because `HashMap::new` cannot be called in a constant.
     slots: Mutex<Option<HashMap<K, Slot<T>>>>,
 }
 
@@ -47,7 +47,10 @@ impl<K: Eq + Hash, T> Shared<K, T> {
             let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
             let slots = slots.get_or_insert_with(HashMap::new);
             // Keeps the slots that another call holds and those whose value has a user.
-            slots.retain(|_, slot| Arc::strong_count(slot) > 1 || slot.try_lock().is_ok_and(|s| s.strong_count() > 0));
+            slots.retain(|_, slot| {
+                Arc::get_mut(slot)
+                    .is_none_or(|value| value.get_mut().unwrap_or_else(PoisonError::into_inner).strong_count() > 0)
+            });
             Arc::clone(slots.entry(key).or_default())
         };
         let mut weak = slot.lock().unwrap_or_else(PoisonError::into_inner);

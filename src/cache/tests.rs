@@ -7,8 +7,10 @@ use std::fs;
 use std::path::Path;
 use tempfile::tempdir;
 
+/// Limit in bytes that no test reaches.
 const AMPLE: u64 = 1_000_000_000;
 
+/// A sawtooth relief.
 fn field(period_um: f64) -> HeightField {
     Preset::Blazed.build(Some(period_um), None).unwrap()
 }
@@ -18,6 +20,7 @@ fn quick() -> Options {
     Options { model: Model::Patch, conserve_energy: false, coherence_length_um: 10.0, ..Options::default() }
 }
 
+/// All tables of a surface, serialised.
 fn bytes_of(surface: &Surface) -> Vec<u8> {
     postcard::to_stdvec(surface).unwrap()
 }
@@ -116,7 +119,7 @@ fn damaged_foreign_and_misnamed_entries_are_rebuilt() {
             "{what} was not replaced"
         );
     }
-    // Contents that agree with their hash but are no tables.
+    // Contents that agree with their hash but are no tables. Magic and key come first in an entry, then the hash.
     let key = Key::of_surface(&field, &options);
     let mut forged = whole[..16 + 32].to_vec();
     forged.extend_from_slice(blake3::hash(b"short").as_bytes());
@@ -130,7 +133,9 @@ fn least_recently_used_entries_are_removed_first_and_other_files_stay() {
     let folder = tempdir().unwrap();
     let options = quick();
     let ample = Cache::new(folder.path(), AMPLE);
+    // A file of others, which does not count, although it has the extension of entries.
     fs::write(folder.path().join("notes.tables"), vec![0; 1 << 20]).unwrap();
+    // Bytes of the entry of a period; `None` without an entry.
     let size = |cache: &Cache, period: f64| {
         let key = Key::of_surface(&field(period), &options);
         fs::metadata(cache.folder().unwrap().join(key.file_name())).map(|facts| facts.len()).ok()
@@ -138,6 +143,7 @@ fn least_recently_used_entries_are_removed_first_and_other_files_stay() {
     for period in [2.0, 2.1, 2.2] {
         ample.surface(&field(period), &options, &Progress::none()).unwrap();
     }
+    // Moves the last use of an entry into the past.
     let age = |period: f64, seconds: u64| {
         let path = folder.path().join(Key::of_surface(&field(period), &options).file_name());
         let then = std::time::SystemTime::now() - std::time::Duration::from_secs(seconds);
@@ -154,6 +160,7 @@ fn least_recently_used_entries_are_removed_first_and_other_files_stay() {
     assert!(size(&small, 2.1).is_none() && size(&small, 2.2).is_none());
     assert!(size(&small, 2.0).is_some() && size(&small, 2.3).is_some());
     assert!(folder.path().join("notes.tables").exists());
+    // An entry larger than the limit is not kept.
     let (_, origin) = Cache::new(folder.path(), 100).surface(&field(2.4), &options, &Progress::none()).unwrap();
     assert!(matches!(&origin, Origin::NotKept(reason) if reason.contains("100")), "{origin:?}");
 }

@@ -1,13 +1,13 @@
 //! Integral over wavelength along rays of the frequency plane.
 //!
-//! The result is the colour F of the scattering vector (u, v, w), sampled on rings in the plane of (u, v). S(f; κ) is
-//! the power spectrum of the relief in the spectral table, at the frequency f and the phase rate κ. R is the
-//! reflectance of the interface, and `weight` the linear sRGB per wavelength ([module](super)).
+//! The result is the colour F of the scattering vector q = wi + wo = (u, v, w), sampled on rings in the plane of (u,
+//! v). S(f; κ) is the power spectrum of the relief in the spectral table, at the frequency f and the phase rate κ. R is
+//! the reflectance of the interface, and `weight` the linear sRGB per wavelength ([module](super)).
 //!
 //! At one direction φ of a ring of radius r, the wavelength λ reads the spectral table at the radial frequency
 //! `ρ = r/λ`. So the integrand lies on a ray from the origin, and `dλ/λ² = −dρ/r`:
 //!
-//! `F(q) = Σ_ρ (Δρ/r)·R·weight(λ)·S(f; κ)` with `f = ρ·(cos φ, sin φ)`, `λ = r/ρ` and `κ = 2πw/λ`.
+//! `F = Σ_ρ (Δρ/r)·R·weight(λ)·S(f; κ)` with `f = ρ·(cos φ, sin φ)`, `λ = r/ρ` and `κ = 2πw/λ`.
 //!
 //! A *record* of the spectral table has S, or its complex amplitude D, at one frequency as a function of κ. It consists
 //! of a header of [`HEADER`] numbers, P(0) and P'(0) of a power or D(0) of an amplitude, and of coefficients of a cubic
@@ -105,14 +105,14 @@ impl Path {
             let wavelength_nm = 1e3 * wavelength_um;
             let wavelength_rgb = colours.density(wavelength_nm);
             for (w_index, &w) in sampled_w.iter().enumerate() {
-                // The largest w are those of smaller radii, which also read the ring. At its own radius no pair of
-                // directions has a κ beyond the limit, and records end there.
+                // The largest w belong to look-ups at smaller radii, which interpolate with this ring. At its own
+                // radius no pair of directions has a κ beyond the limit, and records end there.
                 let kappa = (TAU * w / wavelength_um).min(table.kappa_limit([frequency, 0.0]));
                 // The four coefficients of a record's spline that are read at this κ, and the factors of `Term`.
                 let curve = NodeCurve::new(table, kappa);
                 let (first, weights) = curve.coefficients();
                 let (header_factors, spline_factor) = curve.factors();
-                // |q|/2, at the ring's radius.
+                // Cosine between either direction and the half vector: |q|/2.
                 let cos_half = (0.5 * ring.radius.hypot(w)).min(1.0);
                 let scaled_reflectance = scale * reflectance(wavelength_nm, cos_half);
                 terms.push(Term {

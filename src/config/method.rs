@@ -35,14 +35,14 @@ impl Method for SharedGrating {
 
 impl SurfaceConfig {
     /// A realtime method by the configuration's theory. The scalar theory has all kinds ([`methods::build`]), which are
-    /// built anew. The rigorous theory has [`MethodKind::Table`] only, which reads its tables from `cache`.
+    /// built anew. The rigorous theory has [`MethodKind::Table`] only, whose tables come from `cache`.
     ///
-    /// Under a cover, the method takes directions inside it: the caller refracts those outside. A film takes the
-    /// configuration's own index instead of `index`, and directions on either side.
+    /// `index` is the index of the material in place of the configuration's; `None` reflects everything. A film takes
+    /// the configuration's own index instead. Under a cover, the method takes directions inside it: the caller refracts
+    /// those outside.
     ///
-    /// `index` is the index of the material in place of the configuration's; `None` reflects everything. Gratings by
-    /// Maxwell's equations include the material's reflectance in their answers. [`Method::answers`] tells whether
-    /// other methods do, or leave the factor to the caller ([`AnswerKind::Relief`]).
+    /// Answers of the rigorous theory include the material's reflectance. For the scalar theory, [`Method::answers`]
+    /// tells whether they do, or leave this factor to the caller ([`AnswerKind::Relief`]).
     ///
     /// # Errors
     /// A kind that the theory does not have, transmission with the rigorous theory, and the errors of
@@ -86,6 +86,7 @@ mod tests {
         let build = |config: &SurfaceConfig, kind, index: Option<&SpectralIndex>| {
             config.build_method(kind, &MethodOptions::default(), index, &Cache::off(), &Progress::none())
         };
+        // All methods but the table.
         for kind in MethodKind::ALL.into_iter().filter(|kind| kind.is_patch_only()) {
             let refused = build(&config, kind, None).err().unwrap().to_string();
             assert_eq!(refused, format!("the method {kind} does not know theory = rigorous, only scalar"));
@@ -93,7 +94,8 @@ mod tests {
         let film = r#"{"preset":"blazed","theory":"rigorous","transmission":"film","eta":1.5}"#;
         let refused = build(&SurfaceConfig::from_json(film).unwrap(), MethodKind::Table, None).err().unwrap();
         assert!(refused.to_string().contains("transmission"), "{refused}");
-        // The method returns the colours of the surface, with the material's reflectance.
+        // The method returns the colours of the surface, with the material's reflectance. Beside the mirror direction
+        // they are large.
         let aluminium = SpectralIndex::Constant(ComplexIndex { eta: 1.0, k: 6.9 });
         let (wi, wo) = ([0.3, 0.0, 0.91f32.sqrt()], [-0.3, 0.002, (0.91f32 - 4e-6).sqrt()]);
         let method = build(&config, MethodKind::Table, Some(&aluminium)).unwrap();

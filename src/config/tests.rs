@@ -1,5 +1,8 @@
+//! Defaults, JSON and refusals of [`SurfaceConfig`], and rigorous surfaces built from it.
+
 use super::*;
 
+/// Message of the error for a configuration that must be refused.
 fn refusal(json: &str) -> String {
     SurfaceConfig::from_json(json).expect_err(json).to_string()
 }
@@ -30,6 +33,7 @@ fn json_round_trip_keeps_every_field() {
 
 #[test]
 fn errors_of_numbers_name_parameter_and_range() {
+    // Parameter that the message names, configuration, and accepted range in the message.
     let cases = [
         ("period", r#"{"preset":"blazed","period":0}"#, "(0, 1e3]"),
         ("height", r#"{"preset":"blazed","height":-1}"#, "(0, 1e3]"),
@@ -58,6 +62,7 @@ fn errors_of_numbers_name_parameter_and_range() {
 
 #[test]
 fn errors_of_choices_and_types_name_the_accepted_ones() {
+    // Parameter that the message names, configuration, and one accepted name or type in the message.
     let cases = [
         ("preset", r#"{"preset":"blazd"}"#, "xenopeltis"),
         ("level", r#"{"level":"flat"}"#, "plane"),
@@ -73,6 +78,7 @@ fn errors_of_choices_and_types_name_the_accepted_ones() {
     for (parameter, json, accepted) in cases {
         let message = refusal(json);
         assert!(message.contains(parameter) && message.contains(accepted), "{message}");
+        // Positions in the JSON, such as serde's "at line 1 column 18", mean nothing to users.
         assert!(!message.contains("column"), "{message}");
     }
 }
@@ -125,6 +131,8 @@ fn a_channel_is_a_number_or_a_title() {
 fn a_rigorous_film_from_an_array_equals_its_preset() {
     use crate::cache::Cache;
     use crate::table::Progress;
+    /// Largest relative difference, for the profile that is fitted to the array's samples.
+    const TOLERANCE: f64 = 0.05;
     let film = r#""theory": "rigorous", "transmission": "film", "eta": 1.5, "coherence_length": 20"#;
     let json = format!(r#"{{"preset": "sinusoidal", "period": 0.5, "height": 0.05, {film}}}"#);
     let preset = SurfaceConfig::from_json(&json).unwrap();
@@ -139,7 +147,7 @@ fn a_rigorous_film_from_an_array_equals_its_preset() {
         value
     };
     let ratio = value(&found) / value(&expected);
-    assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+    assert!((ratio - 1.0).abs() < TOLERANCE, "{ratio}");
 }
 
 #[cfg(feature = "full")]
@@ -156,6 +164,7 @@ fn a_rigorous_interface_of_index_1_transmits_all_light() {
         surface.eval([0.0, 0.0, 1.0], wo, &[550.0], |_, f| value = f);
         value
     };
+    // All light is in the narrow transmitted order 0, whose value at the centre is large.
     let (reflected, transmitted) = (value([0.0, 0.0, 1.0]), value([0.0, 0.0, -1.0]));
     assert!(transmitted > 100.0 && reflected < 1e-3 * transmitted, "{reflected} {transmitted}");
 }

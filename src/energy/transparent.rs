@@ -11,6 +11,9 @@
 //! Symbols: w is the normal component of the scattering vector, n the index of the medium. Wave vectors "over n" are in
 //! units of the wave number in the medium. λ' and λ" are the wavelengths by which frequencies and the phase rate κ
 //! follow (`scattering/size.rs`); both are λ for one size.
+//!
+//! The table holds `(A − 1)·cos²θ` at the nodes of a grid of directions (`grid.rs`), on planes over λ' and, for several
+//! sizes, on slabs over λ" (`sizes.rs`).
 
 use super::build::{NARROW_CELLS_MIN, SMALLEST_SIZE};
 use super::grid::Grid;
@@ -44,13 +47,13 @@ const SHARP_SIGMA: f64 = 0.004;
 /// The phase then changes by about 2 rad across a cell. If no relief counted as deep, an albedo of 1.046 would remain
 /// on a sinusoid 1.7 µm high.
 const DEEP_PHASE: f64 = 15.0;
-/// Offsets from a node at which albedos of deep reliefs are integrated: along x and y in cells, and in planes. They are
-/// the node and four corners of a cube around it. Chosen: a larger cube also has maxima nearer to other nodes, and
-/// darkens more directions; a smaller one misses maxima between nodes.
+/// Offsets from a node of the table at which albedos of deep reliefs are integrated: along x and y in cells, and in
+/// planes. They are the node and four corners of a cube around it. Chosen: a larger cube also has maxima nearer to
+/// other nodes, and darkens more directions; a smaller one misses maxima between nodes.
 const DEEP_OFFSETS: [[f64; 3]; 5] =
     [[0.0; 3], [0.35, 0.35, 0.35], [-0.35, -0.35, 0.35], [0.35, -0.35, -0.35], [-0.35, 0.35, -0.35]];
 
-/// Four nodes of the table side by side.
+/// Four values of the integral's parts side by side.
 type Real4 = <Lanes<'static> as Numbers>::Real;
 
 /// Albedo integral of a transparent body.
@@ -77,6 +80,7 @@ impl AlbedoTable {
         let integral = BodyIntegral::new(table, body);
         let parts = integral.parts();
         let (cells, planes) = if integral.is_few() { CELLS_AND_PLANES_OF_FEW } else { SMALLEST_SIZE };
+        // Phase of the relief in rad per unit of w, at the shortest wavelength.
         let phase_max = phase_per_cosine(table, 1e-3 * WAVELENGTH_MIN_NM);
         let (planes, sizes) = match sizes {
             None => (planes, None),
@@ -85,8 +89,9 @@ impl AlbedoTable {
                 (planes, Some(axes))
             }
         };
+        // Planes per nm of wavelength.
         let per_nm = f64::from(planes - 1) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM);
-        // Read for one size only.
+        // Uniform planes, which are read for one size only.
         let (wavelength_min_nm, planes_per_nm) = (WAVELENGTH_MIN_NM as f32, per_nm as f32);
         let layout = AlbedoLayout { cells, planes, wavelength_min_nm, planes_per_nm, sizes };
         // Wavelengths λ' at a position among the planes, and λ" of a slab, in nm.
@@ -98,6 +103,7 @@ impl AlbedoTable {
         let offsets: &[[f64; 3]] = if phase_max > DEEP_PHASE { &DEEP_OFFSETS } else { &[[0.0; 3]] };
         let grid = Grid { cells };
         let slabs = sizes.map_or(1, |axes| axes.slabs);
+        // Number of nodes in a slab.
         let in_slab = planes as usize * grid.in_plane();
         let steps = progress.of_steps(2 * slabs as usize * in_slab);
         // The side of air comes first, then that of the medium.
@@ -118,7 +124,8 @@ impl AlbedoTable {
                     integral.albedo(&parts, wi, wavelengths_nm(plane, slab))
                 };
                 let excess = offsets.iter().map(albedo_at).fold(1.0, f64::max) - 1.0;
-                ((excess + MARGIN * (excess / MARGIN_FROM).min(1.0)) * cos * cos) as f32
+                let margin = MARGIN * (excess / MARGIN_FROM).min(1.0);
+                ((excess + margin) * cos * cos) as f32
             };
             let values: Vec<f32> = (0..in_slab).into_par_iter().map(value).collect();
             words.extend(packets(grid, planes, |node| values[node]));
@@ -151,19 +158,20 @@ impl<'a> BodyIntegral<'a> {
         self.gaussians.len() <= FEW
     }
 
-    /// Nodes of the integral. Each of many Gaussians has one. Each of few has one along an axis on which it is narrow,
-    /// and three along an axis on which it is wide.
+    /// Quadrature nodes of the integral. Each of many Gaussians has one. Each of few has one along an axis on which it
+    /// is narrow, and three along an axis on which it is wide.
     fn parts(&self) -> Vec<Part<'_>> {
         let single = [(0.0, 1.0)];
         let mut parts = Vec::new();
         for gaussian in &self.gaussians {
+            // Offsets in standard deviations and weights, along x and y.
             let [x, y]: [&[(f64, f64)]; 2] = gaussian.sigma_f.map(|sigma| {
                 let is_sharp = !self.is_few() || sigma * TYPICAL_WAVELENGTH_UM < SHARP_SIGMA;
                 if is_sharp { &single[..] } else { &HERMITE_3[..] }
             });
-            for ((tx, px), (ty, py)) in x.iter().flat_map(|x| y.iter().map(move |y| (*x, *y))) {
-                let f = [gaussian.f[0] + tx * gaussian.sigma_f[0], gaussian.f[1] + ty * gaussian.sigma_f[1]];
-                parts.push(Part { f, fraction: px * py, gaussian });
+            for ((dx, weight_x), (dy, weight_y)) in x.iter().flat_map(|x| y.iter().map(move |y| (*x, *y))) {
+                let f = [gaussian.f[0] + dx * gaussian.sigma_f[0], gaussian.f[1] + dy * gaussian.sigma_f[1]];
+                parts.push(Part { f, fraction: weight_x * weight_y, gaussian });
             }
         }
         parts

@@ -33,6 +33,8 @@ const FULL_CELLS: f64 = 14.0;
 /// it adds little. Smaller values need more wavelengths.
 const WAVELENGTH_TOLERANCE: f64 = 1.6e-3;
 
+// The following times serve estimates of a build alone. A slower machine takes longer than estimated.
+
 /// Seconds on one core for the matrices of the air at one point, over the squared number of nodes on the profile;
 /// measured.
 const AIR_SECONDS: f64 = 1e-6;
@@ -63,8 +65,8 @@ pub(super) struct CostBasis {
 impl CostBasis {
     /// Quantities of a table of efficiencies of a grating with this period on a body.
     pub(super) fn of_efficiencies(period_um: f64, body: GratingBody<'_>) -> Self {
-        // Efficiencies of dielectrics vary smoothly, without the anomalies of metals: most of their cells are solved at
-        // the fewest nodes, 8 along a side, and those of metals at 17.
+        // Number of nodes along a side at which most cells are solved. Efficiencies of dielectrics vary smoothly,
+        // without the anomalies of metals, so the fewest suffice.
         let nodes = if body.is_dielectric() { NODE_COUNTS[0] } else { NODE_COUNTS[2] };
         let points_per_cell = triangle_count(nodes) as f64;
         Self { period_um, sides: body.sides(), points_per_cell, pair_bytes: PAIR_BYTES }
@@ -125,7 +127,7 @@ pub(super) fn choose_spacing(
     Ok(Some(spacing_of(&RigorousSolver::new(meshes, index, &[])?, period_um)?))
 }
 
-/// Spacing of the wavelengths of a solver's table.
+/// Spacing of the wavelengths of a solver's table, which meets [`WAVELENGTH_TOLERANCE`].
 ///
 /// # Errors
 /// A test point that cannot be solved.
@@ -146,7 +148,7 @@ pub(super) fn choose_resolution(basis: CostBasis, spacing: Option<Spacing>) -> T
 }
 
 /// Cost of the build of a reflector's or film's table on two cores, hence the factor ½. `nodes` is the number of nodes
-/// on the profile. Steps between wavelengths are those that films and metals commonly have: 80 and 20 nm.
+/// on the profile. Steps between wavelengths are those that films and metals commonly have.
 fn estimate(basis: CostBasis, nodes: usize, body: GratingBody<'_>) -> Estimate {
     let cells = cell_count(basis.period_um);
     let is_perfect = matches!(body, GratingBody::Reflector(None));

@@ -7,7 +7,7 @@ use crate::numeric::Plain;
 use crate::scattering::Vec3;
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
-/// Plain numbers of double precision.
+/// Plain numbers of double precision. Their mask `active`, the last argument of a lobe's methods, is a `bool`.
 type Double<'a> = Plain<'a, f64>;
 
 /// Value and density of one pair of directions at one wavelength.
@@ -70,8 +70,10 @@ pub(crate) fn sample<'a>(
 ) -> Option<Sample> {
     let wo = sample_direction(lobe, wi, wavelengths_nm, u)?;
     let density = pdf(lobe, wi, wo, wavelengths_nm);
-    let weight = || eval(lobe, wi, wo, wavelengths_nm[0]) * wo[2].abs() / density;
-    (density > 0.0).then(|| Sample { wo, pdf: density, weight: weight() })
+    (density > 0.0).then(|| {
+        let weight = eval(lobe, wi, wo, wavelengths_nm[0]) * wo[2].abs() / density;
+        Sample { wo, pdf: density, weight }
+    })
 }
 
 /// A direction from three random numbers in [0, 1). `None` where it falls below the horizon, where the lobe does not
@@ -86,7 +88,8 @@ pub(crate) fn sample_direction<'a>(
     u: [f64; 3],
 ) -> Option<Vec3> {
     let (to_below, [first, ..]) = lobe.choose(wi, u);
-    // The whole part is the index of the chosen wavelength. The fraction is a random number, independent of the choice.
+    // The whole part of `position` is the index of the chosen wavelength. The fraction is a random number, independent
+    // of the choice.
     let position = (first - UNIFORM_FRACTION).max(0.0) / (1.0 - UNIFORM_FRACTION) * wavelengths_nm.len() as f64;
     let chosen = (position as usize).min(wavelengths_nm.len().checked_sub(1)?);
     let fraction = (position - chosen as f64).min(1.0);

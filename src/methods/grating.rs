@@ -28,7 +28,7 @@ pub(super) struct GratingUniform {
     pub nodes: u32,
     /// Highest order that propagates at any incidence and wavelength.
     pub orders: f32,
-    /// Index of the first packet of the table of order 0, in packets of four words.
+    /// Index of the first packet of order 0's colours. A packet is four words: red, green, blue, and zero.
     pub order_zero: u32,
     /// Period d in µm.
     pub period_um: f32,
@@ -46,6 +46,7 @@ impl Method for GratingColourSurface {
         self.lobe::<f32>().eval(wi, wo, LinearSrgb, true)
     }
 
+    // The tables hold colours.
     fn answer_spectral(&self, _wi: [f32; 3], _wo: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
         None
     }

@@ -1,4 +1,4 @@
-//! Diffraction order of a periodic relief at a transparent body, in double precision, for lists of single orders.
+//! Diffraction order of a periodic relief at a transparent body, in double precision.
 //!
 //! The fraction of the incident power in order m is `|c_m(κ)|²` times [`BodyOrder::unpolarised`], with the amplitude
 //! c_m of the phase screen at the phase rate [`BodyOrder::kappa`].
@@ -13,7 +13,8 @@ use std::f64::consts::TAU;
 pub struct BodyOrder {
     /// Tangential part of `Ki + Ko` in wave numbers in vacuum, with the sign that makes the normal part positive.
     pub tangential: [f64; 2],
-    /// |w| in wave numbers in vacuum, at least [`TransparentBody::normal_min`] times the body's index.
+    /// Magnitude of the normal part, |w|, in wave numbers in vacuum; at least [`TransparentBody::normal_min`] times the
+    /// body's index.
     pub normal: f64,
     /// Factors on `|c_m|²` in the power of an order, for the pairs of polarisation states ss, sp, ps and pp, the
     /// outgoing one first.
@@ -35,6 +36,7 @@ impl BodyOrder {
     pub fn new(body: TransparentBody, wi: Vec3, wo: Vec3) -> Self {
         type Double = Plain<'static, f64>;
         let wave = |w: Vec3| -> BodyWave<Double> { body.wave(w) };
+        // Its scattering vector is in wave numbers in the body.
         let pair: TransparentPair<Double> = body.pair(&wave(wi), &wave(wo));
         let tangential = pair.tangential().map(|k| k * body.eta);
         Self { tangential, normal: pair.normal() * body.eta, powers: pair.powers }

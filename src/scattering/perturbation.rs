@@ -28,10 +28,10 @@ fn states(k: Vector, n: Complex64) -> [Wave; 2] {
     [s, p].map(|electric| Wave { fields: [electric, cross(k, electric)], k_z: k[2] })
 }
 
-/// Amplitudes `[reflected, transmitted][outgoing state][incident state]` of light that arrives from `wi` in air, per
-/// height h and wave number, to first order in h. The relief has the height `h·exp(iK·x)`, where K takes the tangential
-/// wave vector of the arriving light to that of `wo`. The transmitted light has the tangential wave vector of `wo`,
-/// too.
+/// Amplitudes `[reflected, transmitted][outgoing state][incident state]` of light that arrives from `wi` in air, over
+/// the height h times the wave number, to first order in h. The relief has the height `h·exp(iK·x)`, where K takes the
+/// tangential wave vector of the arriving light to that of `wo`. The transmitted light has the tangential wave vector
+/// of `wo`, too.
 ///
 /// They follow from the boundary conditions: the fields' components along the actual surface are continuous.
 pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2]; 2]; 2] {
@@ -61,7 +61,8 @@ pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2];
     let (from, to) = ([-wi[0], -wi[1]], [wo[0], wo[1]]);
     let arriving = states(wave_vector(from[0], from[1], -1.0, one), one);
     let (up, down) = outgoing(from[0], from[1]);
-    let of_state = |state: usize| {
+    // Amplitudes of the scattered waves, in the order of `solved`, from light in the incident state s (0) or p (1).
+    let scattered_from = |state: usize| {
         let flat = solved(from[0], from[1], -tangential(&arriving[state].fields));
         // Waves at a flat surface with their amplitudes; waves in the medium count negatively.
         let waves =
@@ -79,6 +80,6 @@ pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2];
         }
         solved(to[0], to[1], jump)
     };
-    let [s, p] = [of_state(0), of_state(1)];
+    let [s, p] = [scattered_from(0), scattered_from(1)];
     [[[s[0], p[0]], [s[1], p[1]]], [[s[2], p[2]], [s[3], p[3]]]]
 }

@@ -132,7 +132,8 @@ pub(crate) struct TransparentPair<N: Numbers> {
 impl TransparentBody {
     /// A body of index `eta` under a relief with a coherence length in µm.
     pub fn new(eta: f64, is_film: bool, coherence_length_um: f64) -> Self {
-        // Standard deviation of an order. A smaller bound leaves albedos above one at short coherence lengths.
+        // Standard deviation of an order, in units of the wave number in vacuum. A smaller bound leaves albedos above
+        // one at short coherence lengths.
         let width = TYPICAL_WAVELENGTH_UM * CoherenceWindow::new(coherence_length_um).order_sigma_per_um();
         Self { eta, is_film, normal_min: NORMAL_MIN.max(width) / eta }
     }
@@ -233,6 +234,7 @@ impl TransparentBody {
         let cos = (-N::narrow(dot) * lit(eps) / sines.max(lit(SINES_MIN))).clip(-one, one);
         let (cos_squared, sin_squared) = (cos * cos, one - cos * cos);
         let squared = |[re, im]: [N::Real; 2]| re.fma(re, im * im);
+        // B_pp times p·p0, real and imaginary part; `wi` has the symbols with 0.
         let pp_re = (wi.v[0] * wo.v[0] - wi.v[1] * wo.v[1]).fma(cos, -(sigma * wi.e * wo.e * sines));
         let pp_im = (wi.v[0] * wo.v[1] + wi.v[1] * wo.v[0]) * cos;
         // 1/|s|² and 1/|p|², times the transmittances τ, of the outgoing and of the incident direction.

@@ -1,5 +1,8 @@
 //! Build of a [`SpectralTable`]: node values at every knot in κ, then one spline per node. Builds with finer knots
 //! follow until the tolerance is met.
+//!
+//! Nodes are powers P(κ) or amplitudes D(κ), Q is the curve that their splines interpolate, and κ₀ (`kappa_knee`) the
+//! reciprocal of half the range of heights ([`SpectralTable`]). S is the power spectrum that nodes add up to.
 
 use super::knots::{
     EXTRA_KNOTS, KAPPA_MAX, first_spacing, kappa_reached, knot_step, nearest_frequency, record_floats, spline_tolerance,
@@ -22,9 +25,9 @@ const FLOATS_MAX: usize = u32::MAX as usize;
 /// Smallest knot spacing that is tried, as a fraction of the first. Rounding keeps the error above about 1e-6, so finer
 /// knots would not help.
 const REFINEMENT_MIN: f64 = 0.2;
-/// Lower bound of a build's spacing over that of the build before. The fourth-power law of the error would reduce the
-/// spacing further where the error is more than 0.4⁻⁴ = 39 times that aimed at. The law does not hold there, and would
-/// take more knots than needed (preset `blazed`: 25 instead of 20).
+/// Lower bound of a build's spacing over that of the build before. It applies where the error is more than 0.4⁻⁴ = 39
+/// times that aimed at. The fourth-power law of the error does not hold there, and would take more knots than needed
+/// (preset `blazed`: 25 instead of 20).
 const REFINEMENT_STEP: f64 = 0.4;
 /// Fraction of the allowed error that the next spacing aims at. A smaller one costs knots, a larger one further builds.
 const REFINEMENT_AIM: f64 = 0.7;
@@ -39,9 +42,9 @@ pub(super) const ERROR_KAPPAS: usize = 3;
 /// lie above the 99th percentile; fewer would make it uncertain.
 const ERROR_SAMPLES: usize = 4000;
 
-/// Phase κH in rad at which slopes at κ = 0 and the limit of Q are measured, with H half the range of heights: the
-/// fourth root of ε, the rounding of double precision. The error of the series, the square of the phase, then equals
-/// the rounding error of Q, ε over this square: 1.5e-8.
+/// Phase κ/κ₀ in rad at which the slopes P'(0) and the limit of Q at κ = 0 are measured: the fourth root of ε, the
+/// rounding of double precision. The neglected terms, of the order of the phase squared, then equal the rounding error
+/// of Q, ε over this square: 1.5e-8.
 const SMALL_PHASE: f64 = 1.0 / 8192.0;
 
 /// Build time, size and measured error of a table.
@@ -145,7 +148,7 @@ struct Build<'a> {
     quantity: NodeQuantity,
     /// Distance between knots in rad/µm.
     kappa_step: f64,
-    /// κ₀ of [`SpectralTable`] in rad/µm. A flat relief may have any positive value.
+    /// κ₀ in rad/µm. A flat relief may have any positive value.
     kappa_knee: f64,
     /// Number of knots from κ = 0 to the first at or beyond [`KAPPA_MAX`].
     knots: usize,

@@ -55,7 +55,8 @@ pub(super) fn knot_step(quantity: NodeQuantity, half_range_um: f64, spacing: f64
 ///
 /// Since `|wi + wo| ≤ 2`, `|f|² + (κ/2π)² ≤ (2/λmin)²`.
 pub(super) fn kappa_reached([fx, fy]: [f64; 2]) -> Option<f64> {
-    /// Relative increase for the rounding of κ in look-ups: 84 units in the last place of 1. κ errs by a few.
+    /// Relative increase for the rounding of κ in look-ups: 84 units in the last place of 1 in single precision. κ errs
+    /// by a few.
     const ROUNDING: f64 = 1e-5;
     let rest = FREQUENCY_MAX_PER_UM.powi(2) - fx.powi(2) - fy.powi(2);
     (rest >= 0.0).then(|| TAU * rest.sqrt() * (1.0 + ROUNDING))

@@ -186,13 +186,16 @@ mod tests {
     /// Rounding of heights at an offset of 1000 µm, where f64 has a spacing of 1.1e-13 µm.
     const ROUNDING_AT_1_MM_UM: f64 = 3e-13;
 
+    /// Heights in µm, up to 0.3 µm, without symmetry along x or y.
     fn relief(ix: usize, iy: usize) -> f64 {
         0.3 * ((ix * 7 + iy * 13) % 11) as f64 / 11.0
     }
 
-    fn field(offset: f64, tx: f64, ty: f64) -> HeightField {
-        let heights =
-            Array2::from_shape_fn((37, 53), |(iy, ix)| offset + relief(ix, iy) + tx * ix as f64 + ty * iy as f64);
+    /// The relief plus an offset in µm and tilts in µm per pixel.
+    fn field(offset: f64, tilt_x: f64, tilt_y: f64) -> HeightField {
+        let heights = Array2::from_shape_fn((37, 53), |(iy, ix)| {
+            offset + relief(ix, iy) + tilt_x * ix as f64 + tilt_y * iy as f64
+        });
         HeightField::new(heights, 0.1, 0.2).unwrap()
     }
 
@@ -255,15 +258,17 @@ mod tests {
         };
         let levelled = bowed(1.0);
         assert!(largest_difference(&bowed(0.0), &levelled) < 10.0 * ROUNDING_UM);
-        for shape in [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)] {
+        // Exponents of x and y in the terms of second degree.
+        for (px, py) in [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)] {
             let moment: f64 = levelled
                 .heights_um()
                 .indexed_iter()
-                .map(|((iy, ix), h)| h * (ix as f64 / 45.0).powi(shape.0) * (iy as f64 / 31.0).powi(shape.1))
+                .map(|((iy, ix), h)| h * (ix as f64 / 45.0).powi(px) * (iy as f64 / 31.0).powi(py))
                 .sum();
             // Normal equations: 1400 terms of size 1.
-            assert!(moment.abs() < 1e-11, "{shape:?}: {moment}");
+            assert!(moment.abs() < 1e-11, "{px} {py}: {moment}");
         }
+        // A row of two pixels has a tilt, but no bow.
         let pair = HeightField::new(ndarray::array![[0.0, 2.0]], 1.0, 1.0).unwrap();
         assert!(pair.levelled(Level::Quadratic).rms_um() < ROUNDING_UM);
     }
@@ -279,7 +284,8 @@ mod tests {
         )
         .unwrap();
         let difference = largest_difference(&plain.levelled(Level::Lines), &scanned.levelled(Level::Lines));
-        // Offsets do not vary along x, so the plane has the tilt of the relief without offsets.
+        // Offsets do not vary along x, so the plane has the tilt of the relief without offsets. The limit is that of
+        // rounding.
         assert!(difference < 1e-13, "{difference}");
     }
 

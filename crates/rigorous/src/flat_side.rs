@@ -1,4 +1,5 @@
-//! The flat lower side of a film: a boundary between the medium, above, and air, below. Light passes it once.
+//! The flat lower side of a film: a boundary between the medium, above, and air, below. Light passes it once; what the
+//! side reflects is left out.
 //!
 //! | symbol | meaning |
 //! | --- | --- |
@@ -85,8 +86,8 @@ impl Order {
 mod tests {
     use super::*;
 
-    /// Components of the states without Hy and without Ey along those across and in the plane of incidence:
-    /// `[state of the plane][state of the grooves]`, for the direction `d`, whose y may be imaginary.
+    /// Components of the states without Hy and without Ey along the states s and p, across and in the plane of
+    /// incidence: `[s, p][without Hy, without Ey]`, for the direction `d`, whose y may be imaginary.
     fn components(d: [Complex64; 3]) -> Jones {
         let sine = (d[0] * d[0] + d[1] * d[1]).sqrt();
         let zero = Complex64::ZERO;
@@ -140,9 +141,9 @@ mod tests {
         // K² is zero in the third, where Kx is not.
         for (k_x, k_y) in [(0.0, Complex64::ZERO), (1e-9, Complex64::from(1e-9)), (0.3, Complex64::new(0.0, 0.3))] {
             let [[ee, eh], [he, hh]] = at(k_x, k_y);
-            // Both states of a plane of incidence have the amplitude 2√n/(1 + n) at K = 0.
-            let power = ee * hh - eh * he;
-            assert!((power - 0.96).norm() < 1e-6, "{k_x} {k_y}: {power}");
+            // Both states of a plane of incidence have the amplitude 2√n/(1 + n) at K = 0. Its square is 0.96.
+            let determinant = ee * hh - eh * he;
+            assert!((determinant - 0.96).norm() < 1e-6, "{k_x} {k_y}: {determinant}");
         }
     }
 }

@@ -75,7 +75,7 @@ impl LatticeSum {
     /// `near` tabulates the Hankel functions H₀⁽¹⁾(kr) and H₁⁽¹⁾(kr) for distances r up to the corners of the box.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] for sums that are not finite, or that 400 terms along an axis do not resolve.
+    /// [`Error::NotFinite`] for sums that are not finite, or that [`TERMS_MAX`] terms along an axis do not resolve.
     pub(crate) fn new(
         period: f64,
         wave_number: Complex64,
@@ -86,9 +86,9 @@ impl LatticeSum {
         let (half_x, half_z) = (0.5 * period, height.max(HALF_HEIGHT_MIN * period));
         let ewald = Ewald::new(period, wave_number, bloch);
         // Numbers of Chebyshev nodes along each axis; both grow until the last coefficients are small. Along x the
-        // nearest source is one period from the middle. Along z, at x = d/2, its phase is k√(z² + d²/4), which changes
-        // fastest at z = h, and it is singular at z = ±id/2. The number along z is even, so that no node has z = 0,
-        // where source p = 0 may be singular.
+        // nearest source is one period from the middle. Along z, at x = d/2, the phase of its field is k√(z² + d²/4),
+        // which changes fastest at z = h. The field is singular at z = ±id/2. The number along z is even, so that no
+        // node has z = 0, where source p = 0 may be singular.
         let phases = [half_x, half_z * half_z / half_z.hypot(half_x)].map(|length| wave_number.norm() * length);
         let mut nodes_x = nodes_needed(phases[0], 2_f64.acosh());
         let mut nodes_z = nodes_needed(phases[1], (half_x / half_z).asinh()).next_multiple_of(2);
@@ -102,7 +102,7 @@ impl LatticeSum {
             if tail_x <= TAIL_MAX && tail_z <= TAIL_MAX {
                 return Ok(Self::from_series(half_x, half_z, &series));
             }
-            // A quarter more.
+            // A quarter more nodes along an axis that is not resolved.
             let grown = |nodes: usize, tail: f64| {
                 if tail > TAIL_MAX { (nodes + nodes.div_ceil(4)).min(TERMS_MAX) } else { nodes }
             };
@@ -171,10 +171,10 @@ impl LatticeSum {
 
 /// Number of Chebyshev nodes along an axis of the box with which the last two coefficients are about [`TAIL_MAX`].
 ///
-/// `phase` bounds the change of F's phase over half the axis, in radians. The nearest singularity lies on the Bernstein
-/// ellipse with the semi-axes cosh `singular` and sinh `singular`, in half axes. On that of a smaller θ, F is at most
-/// e^{phase·sinh θ}, so coefficient n is at most e^{phase·sinh θ − nθ}. The θ with the fewest nodes satisfies
-/// `phase·(θ cosh θ − sinh θ) = −ln TAIL_MAX`, whose left side is about phase·θ³/3.
+/// `phase` bounds the change of F's phase over half the axis, in radians. Lengths are in half axes. On the Bernstein
+/// ellipse with the semi-axes cosh θ and sinh θ, F is at most e^{phase·sinh θ}, so coefficient n is at most
+/// e^{phase·sinh θ − nθ}. θ is at most `singular`, that of the ellipse through the nearest singularity. The θ with the
+/// fewest nodes satisfies `phase·(θ cosh θ − sinh θ) = −ln TAIL_MAX`, whose left side is about phase·θ³/3.
 fn nodes_needed(phase: f64, singular: f64) -> usize {
     let exponent = -TAIL_MAX.ln();
     let theta = (3.0 * exponent / phase).cbrt().min(singular);
@@ -419,7 +419,7 @@ mod tests {
         assert!((field + near - orders).norm() < 1e-8, "{} {orders}", field + near);
     }
 
-    /// 400 terms suffice at the limits of [`limits`](crate::limits), and do not at 1.2 times the limits.
+    /// [`TERMS_MAX`] terms suffice at the limits of [`limits`](crate::limits), and do not at 1.2 times the limits.
     #[test]
     fn polynomials_serve_the_documented_limits() {
         let sum = |waves: f64, bloch: f64, height_waves: f64| {

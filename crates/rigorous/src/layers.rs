@@ -78,12 +78,12 @@ pub(crate) fn layer_matrices(
     let window = window_range(wave_number.im, d);
     let height = nodes.height();
     // Images summed one by one on either side of the nearest one.
-    let count = match images {
+    let image_count = match images {
         Images::Near(count) => count,
         Images::All => 0,
     };
     // The nearest image is at most half a period away along x. Rounding may exceed the tables' ends (`Radial::hankel`).
-    let reach = (f64::from(count) + 0.5) * d;
+    let reach = (f64::from(image_count) + 0.5) * d;
     let least = (0.5 * nodes.spacing_min()).min(DISTANCE_MIN * d);
     let most = reach.hypot(height.max(HALF_HEIGHT_MIN * d));
     let radial = Radial::new(wave_number, least, most, window[1])?;
@@ -91,8 +91,9 @@ pub(crate) fn layer_matrices(
         Images::All => Some(LatticeSum::new(d, wave_number, bloch, height, &radial)?),
         Images::Near(_) => None,
     };
-    let phases = (-count - 1..=count + 1).map(|p| Complex64::cis(TAU * (bloch * f64::from(p)).fract())).collect();
-    let assembly = Assembly { nodes, wave_number, images: count, phases, window, radial, lattice };
+    let phases =
+        (-image_count - 1..=image_count + 1).map(|p| Complex64::cis(TAU * (bloch * f64::from(p)).fract())).collect();
+    let assembly = Assembly { nodes, wave_number, image_count, phases, window, radial, lattice };
     let rows = n / stride;
     let mut result = Layers { single: zeros(rows, n), double: zeros(rows, n) };
     for row in 0..rows {
@@ -112,8 +113,8 @@ struct Assembly<'a> {
     nodes: &'a Nodes,
     wave_number: Complex64,
     /// Number of images summed one by one on either side of the nearest; 0 where the lattice sum has them.
-    images: i32,
-    /// Bloch phase factors e^{2πibp}, p from −(`images` + 1) to `images` + 1.
+    image_count: i32,
+    /// Bloch phase factors e^{2πibp}, p from −(`image_count` + 1) to `image_count` + 1.
     phases: Vec<Complex64>,
     /// Distances in µm between which the window falls from 1 to 0.
     window: [f64; 2],
@@ -155,9 +156,9 @@ impl Assembly<'_> {
         into.double[(row, target)] += self.nodes.corner_defect(target);
     }
 
-    /// Bloch phase factor e^{2πib·periods}, for at most `images` + 1 periods in either direction.
+    /// Bloch phase factor e^{2πib·periods}, for at most `image_count` + 1 periods in either direction.
     fn phase(&self, periods: i32) -> Complex64 {
-        self.phases[(periods + self.images + 1) as usize]
+        self.phases[(periods + self.image_count + 1) as usize]
     }
 
     /// Elements of S and K from the source's nearest image to another node, without the image's Bloch phase.
@@ -203,7 +204,7 @@ impl Assembly<'_> {
     fn other_images(&self, source: usize, separation: &Separation) -> [Complex64; 2] {
         let mut sums = [Complex64::ZERO; 2];
         let (normal, d) = (self.nodes.normal[source], self.nodes.period);
-        for image in (-self.images..=self.images).filter(|&image| image != 0) {
+        for image in (-self.image_count..=self.image_count).filter(|&image| image != 0) {
             let x = separation.x - f64::from(image) * d;
             let r = (x * x + separation.z * separation.z).sqrt();
             if r * self.wave_number.im > DECAYED {

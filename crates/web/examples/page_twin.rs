@@ -156,8 +156,7 @@ impl<'a> Drawing<'a> {
 /// Writes index.json, the files and the pictures of the examples in the file `list` (crates/web/examples.json) into
 /// `folder`. Without a `gpu` there are no pictures, and a line on stderr says so.
 ///
-/// The surface of an example is a preset, unless the example names a file. The file is a scan in the folder `scans`. If
-/// the example has a cut, this function makes the file from the lower left corner of a preset instead.
+/// The surface of an example is a preset, unless the example names a file ([`file_contents`]).
 fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path) -> Result<(), Box<dyn Error>> {
     let list: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(list)?)?;
     std::fs::create_dir_all(folder)?;
@@ -170,13 +169,7 @@ fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path)
         let name = text(&example["name"]).ok_or("an example has no name")?;
         let mut bytes = None;
         if let Some(file) = text(&example["file"]) {
-            // The cut is removed from the entry, since the page needs only the file.
-            if let Some(cut) = example.as_object_mut().and_then(|example| example.remove("cut")) {
-                write_cut(&cut, &folder.join(&file))?;
-            }
-            // A file that is already in the folder, such as the cut, is preferred to a scan.
-            let own = Some(folder).filter(|folder| folder.join(&file).exists());
-            let Some(found) = own.or(scans).and_then(|folder| std::fs::read(folder.join(&file)).ok()) else {
+            let Some(found) = file_contents(&mut example, &file, scans, folder)? else {
                 eprintln!("page_twin: no scan {file}: the example {name} is left out");
                 continue;
             };
@@ -196,6 +189,23 @@ fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path)
         index.push(example);
     }
     Ok(std::fs::write(folder.join("index.json"), serde_json::to_string_pretty(&index)?)?)
+}
+
+/// Contents of the file that an example names: a scan in the folder `scans`. If the example has a cut, the file is made
+/// in `folder` from the corner of a preset instead. `None` where the scan is missing.
+fn file_contents(
+    example: &mut Value,
+    file: &str,
+    scans: Option<&Path>,
+    folder: &Path,
+) -> Result<Option<Vec<u8>>, Box<dyn Error>> {
+    // The cut is removed from the entry, since the page needs only the file.
+    if let Some(cut) = example.as_object_mut().and_then(|example| example.remove("cut")) {
+        write_cut(&cut, &folder.join(file))?;
+    }
+    // A file that is already in the folder, such as the cut, is preferred to a scan.
+    let own = Some(folder).filter(|folder| folder.join(file).exists());
+    Ok(own.or(scans).and_then(|folder| std::fs::read(folder.join(file)).ok()))
 }
 
 /// Writes the cut of an example to a file: the lower left corner of the preset `cut["preset"]`, a square with sides of

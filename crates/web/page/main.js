@@ -42,14 +42,26 @@ async function open(hash) {
     // The page does not have the file yet. The file is an example, or the visitor has to drop it.
     const example = page.examples.find(({ file, sha256: sum }) => file === filename && (!sha256 || sum === sha256));
     page.example = example?.name ?? null;
-    page.source = example ? await fetched(example) : null;
-    page.wanted = example ? null : { name: filename, sha256 };
+    // There is no file while it is fetched.
+    page.source = null;
+    if (example) page.source = await fetchedOrNull(example);
+    page.wanted = page.source ? null : { name: filename, sha256 };
   }
   showWanted();
   showStill(page.examples.find(({ name }) => name === page.example));
   settingsChanged();
   // The new address may differ only in the light of the map. If data are being built, the map is drawn afterwards.
   if (page.good && !page.making) refreshMap();
+}
+
+/** The file of an example as `fetched` returns it. If it cannot be fetched, shows a message and returns null. */
+async function fetchedOrNull(example) {
+  try {
+    return await fetched(example);
+  } catch (error) {
+    showMessage(error.message);
+    return null;
+  }
 }
 
 /** The list of examples (crates/web/README.md); empty if the page was built without any. */

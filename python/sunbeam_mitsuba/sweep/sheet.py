@@ -43,7 +43,7 @@ def write_sheet(spec: Spec, rows: Iterable[Row], facts: dict[str, Any]) -> None:
     lines = [
         {
             "failed": row.record["status"] == "failed",
-            # For each name the thumbnail, a PNG in base 64, and the path of the full picture, or none.
+            # For each name the thumbnail, a PNG in base 64, and the path of the full picture, or ``None``.
             "pictures": [(row.record["thumbnails"].get(name), _full_picture(row, name)) for name in pictures],
             "cells": [_cell(row.cells.get(column.name), column.name in file_columns) for column in columns],
         }
@@ -59,7 +59,8 @@ def write_sheet(spec: Spec, rows: Iterable[Row], facts: dict[str, Any]) -> None:
 
 
 def _full_picture(row: Row, name: str) -> str | None:
-    """Path of the full picture of the thumbnail ``name``, relative to the sweep's folder; none without one."""
+    """Path of the full picture of the thumbnail ``name``, relative to the sweep's folder; ``None`` without one."""
+    # The thumbnail "strip" belongs to the want `colour`, and others to the want of their name.
     found = row.cells.get("colour_strip" if name == "strip" else f"{name}_png")
     return str(found) if found else None
 

@@ -5,7 +5,9 @@
 - for light across the grooves the package `meent`, with sinusoids and sawteeth cut into layers;
 - for other azimuths, of lamellar gratings, NIST's SCATMECH (`requirements-judges.lock`).
 
-Each judge solves at two resolutions. Answers that have not converged are left out. Periods and heights are in µm.
+Each judge solves at two resolutions. Answers that have not converged are left out. Periods and heights are in µm,
+wavelengths `nm` in nm. s and p are the powers of an order for incident light of either state. `unsettled` is an
+answer's estimated error.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ import numpy as np
 
 from mitsuba_scenes.environment import REPOSITORY
 
-from .coupled_waves import SAMPLES, solved
+from .coupled_waves import SAMPLES, TE, TM, solved
 from .judged import write
 from .scatmech import REFLECTED, TRANSMITTED, grating_model, lamellae, powers
 
@@ -24,12 +26,12 @@ SEED, EACH = 23, 6
 # Ranges of the index, the period, and the height over the period; the largest angle of incidence.
 ETAS, PERIODS_UM, DEPTHS, THETA_MAX_DEG = (1.3, 2.5), (0.4, 4.0), (0.02, 0.4), 75.0
 WAVELENGTHS_NM = (450.0, 650.0)
-# Largest change of an efficiency between both resolutions of a converged answer.
+# Largest `unsettled` of an answer that has converged.
 SETTLED = 1e-3
-# Number of layers into which a relief is cut at the coarser resolution.
-LAYERS = {"sinusoid": 20, "blazed": 20, "lamellar": 1}
+# Number of layers into which a sinusoid or a sawtooth is cut at the coarser resolution.
+LAYERS = 20
 HEADER = "shape,eta,period_um,height_um,nm,theta_deg,azimuth_deg,side,order,s,p,unsettled"
-# Powers for s and for p, by side (0 reflected, 1 transmitted) and order.
+# Powers [s, p] by (side, order); the side is REFLECTED or TRANSMITTED.
 Answer = dict[tuple[int, int], np.ndarray]
 
 
@@ -47,14 +49,16 @@ def coupled_waves(
     """The answer for light across the grooves, by `meent`, with `harmonics` orders on either side."""
     # Heights of the layers' middles, from the top down.
     levels = height * (1 - (np.arange(layers) + 0.5) / layers)
+    # Refractive indices, [layer, 0, sample].
     indices = np.where(heights(shape, height) > levels[:, None, None], eta, 1.0).astype(complex)
     found: Answer = {}
-    # TE and TM are s and p.
-    for state in (0, 1):
+    # TE and TM are s and p, elements 0 and 1 of the powers.
+    for state in (TE, TM):
         result = solved(indices, height / layers, period, nm, theta_deg, eta, harmonics, state)
         for side, efficiencies in ((REFLECTED, result.de_ri), (TRANSMITTED, result.de_ti)):
             orders = range(-harmonics, harmonics + 1)
             for order, power in zip(orders, np.asarray(efficiencies).real.ravel(), strict=True):
+                # Evanescent orders have no power.
                 if power > 0:
                     found.setdefault((side, order), np.zeros(2))[state] = power
     return found
@@ -74,42 +78,50 @@ def scatmech(
     return found
 
 
-def settled(coarse: Answer, fine: Answer, factor: float) -> tuple[Answer, float]:
+def extrapolated(coarse: Answer, fine: Answer, factor: float) -> tuple[Answer, float]:
     """The finer answer plus `factor` times its change from the coarser one, and the largest change."""
     change = {key: fine[key] - coarse.get(key, 0.0) for key in fine}
     return {key: fine[key] + factor * change[key] for key in fine}, float(max(np.abs(c).max() for c in change.values()))
+
+
+def judged(
+    kind: str, eta: float, period: float, height: float, nm: float, theta_deg: float, azimuth_deg: float
+) -> tuple[Answer, float]:
+    """The answer for a kind of grating by its judge, and its `unsettled`."""
+    # At least the largest order that propagates in the medium.
+    waves = int(eta * 2e3 * period / nm) + 10
+    if kind == "conical":
+        coarse, fine = (scatmech(eta, period, height, nm, theta_deg, azimuth_deg, n * waves) for n in (1, 2))
+        return extrapolated(coarse, fine, 0.0)
+    setting = (kind, eta, period, height, nm, theta_deg)
+    if kind == "lamellar":
+        coarse, fine = (coupled_waves(*setting, n * waves, 1) for n in (1, 2))
+        return extrapolated(coarse, fine, 0.0)
+    coarse, fine = (coupled_waves(*setting, n * waves, n * LAYERS) for n in (1, 2))
+    # The error is inverse to the square of the number of layers. With twice the layers, a third of the change remains.
+    answer, change = extrapolated(coarse, fine, 1 / 3)
+    return answer, change * (1 / 3)
 
 
 def main() -> None:
     """Writes the file again after each answer."""
     rng = np.random.default_rng(SEED)
     rows = []
-    for name in ("lamellar", "conical", "sinusoid", "blazed"):
+    # "conical" is a lamellar grating with light at an azimuth.
+    for kind in ("lamellar", "conical", "sinusoid", "blazed"):
         for _ in range(EACH):
-            shape = "lamellar" if name == "conical" else name
             period = float(np.exp(rng.uniform(*np.log(PERIODS_UM))))
             drawn = (rng.uniform(*ETAS), period, period * rng.uniform(*DEPTHS), rng.uniform(*WAVELENGTHS_NM))
             eta, period, height, nm = (round(float(x), 4) for x in drawn)
             theta = round(float(rng.uniform(-THETA_MAX_DEG, THETA_MAX_DEG)), 3)
-            azimuth = round(float(rng.uniform(10, 90)), 3) if name == "conical" else 0.0
-            # At least the largest order that propagates in the medium.
-            waves = int(eta * 2e3 * period / nm) + 10
-            if name == "conical":
-                coarse, fine = (scatmech(eta, period, height, nm, abs(theta), azimuth, n * waves) for n in (1, 2))
-                answer, unsettled = settled(coarse, fine, 0.0)
-                theta = abs(theta)
-            else:
-                layers = LAYERS[shape]
-                is_cut = layers > 1
-                coarse = coupled_waves(shape, eta, period, height, nm, theta, waves, layers)
-                fine = coupled_waves(shape, eta, period, height, nm, theta, 2 * waves, 2 * layers if is_cut else 1)
-                # The error of layers is inverse to the square of their number. With twice as many, a third of the
-                # change is left.
-                answer, unsettled = settled(coarse, fine, 1 / 3 if is_cut else 0.0)
-                unsettled *= 1 / 3 if is_cut else 1.0
-            print(name, eta, period, height, nm, theta, azimuth, f"{unsettled:.1e}", flush=True)
+            azimuth = 0.0
+            if kind == "conical":
+                azimuth, theta = round(float(rng.uniform(10, 90)), 3), abs(theta)
+            answer, unsettled = judged(kind, eta, period, height, nm, theta, azimuth)
+            print(kind, eta, period, height, nm, theta, azimuth, f"{unsettled:.1e}", flush=True)
             if unsettled > SETTLED:
                 continue
+            shape = "lamellar" if kind == "conical" else kind
             setting = f"{shape},{eta},{period},{height},{nm},{theta},{azimuth}"
             for (side, order), (s, p) in sorted(answer.items()):
                 rows.append(f"{setting},{side},{order},{s:.6f},{p:.6f},{unsettled:.1e}")

@@ -19,6 +19,7 @@ import argparse
 import json
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -56,10 +57,10 @@ PROFILES = {"sinusoidal": Sinusoid, "blazed": blazed, "lamellar": lamellar}
 ACROSS = 1e-12
 # Numbers of orders that SCATMECH keeps on either side. They are even, since odd ones have another error.
 WAVES = (70, 140)
-# A number between them, which tells the error of the extrapolation under covers, where SCATMECH converges more slowly.
+# A number between them. Under covers, where SCATMECH converges more slowly, it tells the error of the extrapolation.
 WAVES_BETWEEN = 104
-# Largest change by the extrapolation at which it can be trusted. Corners of silver exceed it.
-SLOW = 1e-3
+# Largest change of a power by the extrapolation at which it can be trusted. Corners of silver exceed it.
+TRUSTED_CHANGE = 1e-3
 # Number of samples of a sinusoid, which has one harmonic.
 SAMPLES = 9
 
@@ -107,13 +108,24 @@ class Setting:
             return np.stack([x, y, np.sqrt(1 - x**2 - y**2)], axis=-1)
 
 
+class Answer(NamedTuple):
+    """Orders that propagate, and their powers for unpolarised light. Under a cover powers are those inside it.
+
+    `jones` has amplitudes of s and p as in `tests.judges.crossed.solver.Orders`, and `states` powers of s and p,
+    `[order, out, in]`. Both are `None` where the judge does not give them.
+    """
+
+    orders: np.ndarray
+    power: np.ndarray
+    jones: np.ndarray | None
+    states: np.ndarray | None
+
+
 @dataclass(frozen=True)
 class Judged:
-    """A setting with its judge's answer: orders that leave into air, and their powers for unpolarised light.
+    """A setting with the part of its judge's `Answer` for orders that leave into air.
 
-    `unsettled` is the largest change of a power between the judge's resolutions. `jones` has amplitudes of s and p as
-    in `tests.judges.crossed.solver.Orders`, and `states` powers of s and p, `[order, out, in]`; both are `None` where
-    the judge does not give them. Under a cover powers are those inside it.
+    `unsettled` is the largest change of a power between the judge's resolutions.
     """
 
     setting: Setting
@@ -122,10 +134,6 @@ class Judged:
     unsettled: float
     jones: np.ndarray | None
     states: np.ndarray | None = None
-
-
-# Orders that propagate, their powers for unpolarised light, and `jones` and `states` of `Judged`.
-Answer = tuple
 
 
 def drawn(rng: np.random.Generator, metal: str, shape: str, periods_um: tuple[float, float]) -> Setting:
@@ -166,33 +174,35 @@ def perfect(setting: Setting, resolution: Resolution) -> Answer:
     found = solve(profile, setting.wavelength_nm / across, theta_deg, resolution)
     # Across the grooves TE and TM are s and p.
     states = np.stack([found.te, found.tm], axis=-1)[:, None] * np.eye(2) if abs(setting.wi[1]) < ACROSS else None
-    return found.orders, found.unpolarised, None, states
+    return Answer(found.orders, found.unpolarised, None, states)
 
 
 def sinusoid(setting: Setting, factor: float) -> Answer:
     """The answer for a sinusoid by the solver of `tests.judges.crossed`, with a factor on its resolution."""
     above = setting.cover_eta
-    relief, resolution = flattened(setting.period_um, setting.height_um, setting.wavelength_nm / above, factor)
+    relief, resolution = sinusoidal_relief(setting.period_um, setting.height_um, setting.wavelength_nm / above, factor)
     light = (setting.wavelength_nm, setting.theta_inside_deg, setting.phi_deg)
     found = crossed(relief, *light, setting.index, resolution, above)
     order = np.argsort(found.jx)
     jones = found.jones[order]
-    return found.jx[order], found.unpolarised[order], jones, np.abs(jones) ** 2
+    return Answer(found.jx[order], found.unpolarised[order], jones, np.abs(jones) ** 2)
 
 
-def flattened(
+def sinusoidal_relief(
     period_um: float, height_um: float, wavelength_nm: float, factor: float
 ) -> tuple[Relief, CrossedResolution]:
-    """A sinusoid and a resolution for the solver of `tests.judges.crossed`, with the wavelength in the denser medium.
+    """A sinusoid and a resolution for the solver of `tests.judges.crossed`, with a factor on its resolution.
 
-    The period along y is so short that harmonic 0 alone is kept.
+    The wavelength is that in the denser medium. The period along y is so short that harmonic 0 alone is kept.
     """
     x = np.arange(SAMPLES) / SAMPLES
     wave = 0.5 * height_um * np.sin(2 * np.pi * x)[None]
     slope = np.pi * height_um / period_um
     # Frequencies in cycles per µm: six times that of the waves, and harmonics of the grating, more for steeper slopes.
     cutoff = factor * (6e3 / wavelength_nm + (10 + 25 * slope) / period_um)
-    return Relief(wave, (period_um, 0.4 / cutoff)), CrossedResolution(cutoff, round(factor * 26), 1e-7, 300)
+    return Relief(wave, (period_um, 0.4 / cutoff)), CrossedResolution(
+        cutoff, round(factor * 26), tolerance=1e-7, steps_max=300
+    )
 
 
 def scatmech(setting: Setting, waves: int) -> Answer:
@@ -201,33 +211,39 @@ def scatmech(setting: Setting, waves: int) -> Answer:
     found = metal_lamellar(setting.period_um, setting.height_um, *light, waves, setting.cover_eta)
     orders = np.array(sorted(found))
     states = np.array([found[order] for order in orders])
-    return orders, 0.5 * states.sum(axis=(1, 2)), None, states
+    return Answer(orders, 0.5 * states.sum(axis=(1, 2)), None, states)
 
 
 def extrapolated(numbers: tuple[int, int], few: Answer, many: Answer) -> Answer:
     """The limit for many waves of SCATMECH's answers with two numbers of waves, to which errors are inverse."""
     m, n = numbers
-    power, states = ((n * many[part] - m * few[part]) / (n - m) for part in (1, 3))
-    return many[0], power, None, states
+
+    def limit(of_few: np.ndarray, of_many: np.ndarray) -> np.ndarray:
+        return (n * of_many - m * of_few) / (n - m)
+
+    return Answer(many.orders, limit(few.power, many.power), None, limit(few.states, many.states))
 
 
 def judged(setting: Setting) -> Judged:
-    """The judge's answer at the finer of two resolutions; those of SCATMECH are extrapolated from both."""
+    """The judge's answer at the finer of two resolutions; those of SCATMECH are extrapolated from both.
+
+    SCATMECH's `unsettled` is the change by the extrapolation, or that between two extrapolations.
+    """
     if setting.metal == "none":
         coarse, fine = (perfect(setting, Resolution().finer(factor)) for factor in (1.0, 2.0))
     elif setting.shape == "sinusoidal":
         coarse, fine = (sinusoid(setting, factor) for factor in (1.0, 1.4))
     else:
-        coarse, most = (scatmech(setting, waves) for waves in WAVES)
-        fine, coarse = extrapolated(WAVES, coarse, most), most
-        if setting.cover_eta > 1 and SETTLED < change(setting, coarse, fine) <= SLOW:
-            coarse = extrapolated((WAVES_BETWEEN, WAVES[1]), scatmech(setting, WAVES_BETWEEN), most)
+        few, many = (scatmech(setting, waves) for waves in WAVES)
+        coarse, fine = many, extrapolated(WAVES, few, many)
+        if setting.cover_eta > 1 and SETTLED < change(setting, coarse, fine) <= TRUSTED_CHANGE:
+            coarse = extrapolated((WAVES_BETWEEN, WAVES[1]), scatmech(setting, WAVES_BETWEEN), many)
     return leaving(setting, fine, change(setting, coarse, fine))
 
 
 def change(setting: Setting, coarse: Answer, fine: Answer) -> float:
     """Largest change of the power of an order that leaves between two answers."""
-    return float(np.abs(fine[1] - coarse[1])[leaves(setting, fine[0])].max())
+    return float(np.abs(fine.power - coarse.power)[leaves(setting, fine.orders)].max())
 
 
 def leaves(setting: Setting, orders: np.ndarray) -> np.ndarray:
@@ -237,7 +253,7 @@ def leaves(setting: Setting, orders: np.ndarray) -> np.ndarray:
 
 def leaving(setting: Setting, answer: Answer, unsettled: float) -> Judged:
     """The part of a judge's answer for the orders that leave into air."""
-    kept = leaves(setting, answer[0])
+    kept = leaves(setting, answer.orders)
     orders, power, jones, states = (None if part is None else part[kept] for part in answer)
     return Judged(setting, orders, power, unsettled, jones, states)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from tests.judges.crossed.solver import Problem, direction, flux
 
-from .drawn import ANSWERS, flattened
+from .drawn import ANSWERS, sinusoidal_relief
 from .scalar import COHERENCE_LENGTH_UM, Grating, ask, power_of_value, screen_powers
 from .scatmech import TRANSMITTED, grating_model, lamellae
 
@@ -36,7 +36,7 @@ GRATINGS = (
 LIGHTS_DEG = ((0.0, 0.0), (30.0, 0.0), (60.0, 0.0), (30.0, 45.0))
 # Factors on the resolution of sinusoids, for the coarser and the finer answer.
 FACTORS = (0.7, 1.0)
-# Number of orders that SCATMECH keeps on either side, and number of layers, by preset, for both answers.
+# SCATMECH's number of orders kept on either side and number of layers, for the coarser and the finer answer, by preset.
 KEPT = {"lamellar": ((60, 1), (120, 1)), "blazed": ((32, 30), (44, 60))}
 
 
@@ -67,6 +67,7 @@ class Setting:
     @property
     def orders(self) -> np.ndarray:
         """The orders that propagate in the medium."""
+        # Beyond the largest of them.
         reach = int((ETA + 1) * 1e3 * self.grating.period / self.wavelength_nm) + 1
         orders = np.arange(-reach, reach + 1)
         return orders[np.linalg.norm(self.tangential(orders), axis=-1) < ETA]
@@ -88,9 +89,9 @@ def rigorous(setting: Setting) -> np.ndarray:
 
 
 def powers(setting: Setting, theory: list, eta: float) -> np.ndarray:
-    """Powers of the transmitted orders by `sunbeam eval --method exact`, with the arguments `theory` and the index n.
+    """Powers of the transmitted orders by `sunbeam eval --method exact`, with its arguments `theory`.
 
-    The index n is `eta`, and the BSDF is larger by n² than in air (docs/model.md#bodies-that-transmit).
+    In a medium of index `eta` the BSDF is larger by `eta`² than in air (docs/model.md#bodies-that-transmit).
     """
     directions = setting.tangential(setting.orders) / eta
     down = -np.sqrt(1 - (directions**2).sum(axis=-1))
@@ -107,21 +108,25 @@ def powers(setting: Setting, theory: list, eta: float) -> np.ndarray:
 
 def phase_screen(setting: Setting) -> np.ndarray:
     """Powers by Fresnel's transmittance of the flat surface times the orders of a thin phase screen."""
-    # n times the cosines of the orders and of the refracted light.
-    cos, of_orders = setting.wi[2], np.sqrt(ETA**2 - (setting.tangential(setting.orders) ** 2).sum(axis=-1))
-    inside = np.sqrt(ETA**2 - 1 + cos**2)
-    fresnel = 2 * cos * inside * (1 / (cos + inside) ** 2 + (ETA / (ETA**2 * cos + inside)) ** 2)
-    phase = 2e3 * np.pi * setting.grating.height / setting.wavelength_nm * (cos - of_orders)
+    # Normal components of wave vectors over the wave number in air: of the light in air, of the refracted light in the
+    # medium, and of the orders.
+    normal = setting.wi[2]
+    normal_refracted = np.sqrt(ETA**2 - 1 + normal**2)
+    normal_orders = np.sqrt(ETA**2 - (setting.tangential(setting.orders) ** 2).sum(axis=-1))
+    # Mean of the transmittances of s and of p, which have the factor 4·normal·normal_refracted.
+    s, p = 1 / (normal + normal_refracted) ** 2, (ETA / (ETA**2 * normal + normal_refracted)) ** 2
+    fresnel = 2 * normal * normal_refracted * (s + p)
+    phase = 2e3 * np.pi * setting.grating.height / setting.wavelength_nm * (normal - normal_orders)
     return fresnel * screen_powers(setting.grating.preset, setting.orders, phase)
 
 
 def misplaced(found: np.ndarray, true: np.ndarray) -> float:
-    """Power in wrong orders as a fraction of the transmitted light."""
+    """Power in wrong orders, half the sum of absolute differences, as a fraction of the transmitted light."""
     return float(0.5 * np.abs(found - true).sum() / true.sum())
 
 
 def stored() -> list[dict]:
-    """The answers of the file."""
+    """The rows of the file as JSON objects."""
     return json.loads(FILE.read_text(encoding="utf-8"))["answers"]
 
 
@@ -140,11 +145,12 @@ def unsettled(preset: str, theta_min_deg: float = 0.0) -> float:
     return max(row["unsettled"] for row in rows if row["setting"]["grating"]["preset"] == preset)
 
 
-def coordinates(setting: Setting, factor: float) -> np.ndarray:
+def change_of_coordinates(setting: Setting, factor: float) -> np.ndarray:
     """Powers of a sinusoid's orders by the solver of `tests.judges.crossed`, with a factor on its resolution."""
     grating, nm = setting.grating, setting.wavelength_nm
-    relief, resolution = flattened(grating.period, grating.height, nm / ETA, factor)
+    relief, resolution = sinusoidal_relief(grating.period, grating.height, nm / ETA, factor)
     problem = Problem(relief, nm, setting.theta_deg, setting.phi_deg, complex(ETA), resolution, 1.0)
+    # Downward power in the medium over that of the incident light, `[state][order]`.
     below = [-flux(problem.solve(state)[1]) / abs(flux(problem.incident(state)[None])[0]) for state in "sp"]
     powers = dict(zip(problem.jx.tolist(), np.mean(below, axis=0)))
     return np.array([powers[order] for order in setting.orders.tolist()])
@@ -165,14 +171,14 @@ def scatmech(setting: Setting, waves: int, levels: int) -> np.ndarray:
 def judged(setting: Setting) -> tuple[np.ndarray, float]:
     """The judge's powers at the finer of two resolutions, and the largest change between both."""
     if setting.grating.preset == "sinusoidal":
-        coarse, fine = (coordinates(setting, factor) for factor in FACTORS)
+        coarse, fine = (change_of_coordinates(setting, factor) for factor in FACTORS)
     else:
         coarse, fine = (scatmech(setting, *kept) for kept in KEPT[setting.grating.preset])
     return fine, float(np.abs(fine - coarse).max())
 
 
 def main() -> None:
-    """Writes the file."""
+    """Solves all settings and writes the file."""
     rows = []
     for setting in settings():
         power, unsettled = judged(setting)

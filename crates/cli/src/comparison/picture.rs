@@ -27,7 +27,7 @@ impl Picture {
     /// A picture of `size` (width, height), its pixels by rows from the top.
     ///
     /// # Errors
-    /// A number of pixels that differs from the size, is 0 or above 2^28, or a channel that is NaN or infinite.
+    /// A number of pixels that differs from the size, is 0 or above [`PIXELS_MAX`]; a channel that is NaN or infinite.
     pub(crate) fn new(size: (usize, usize), pixels: Vec<[f32; 3]>) -> Result<Self, CompareError> {
         if !(1..=PIXELS_MAX).contains(&pixels.len()) || size.0.checked_mul(size.1) != Some(pixels.len()) {
             return Err(CompareError::Shape { size, found: pixels.len() });
@@ -107,7 +107,7 @@ fn check_size(bytes: &[u8]) -> Result<(), String> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
     for header in &meta.headers {
         let Vec2(width, height) = header.layer_size;
-        // A mask allocates its size even without channels.
+        // A mask (mask.rs) allocates one flag for each pixel, even for a file without channels.
         let channels = header.channels.list.len().max(1);
         let most = PIXELS_MAX.saturating_mul(channels).min(SAMPLES_PER_BYTE_MAX.saturating_mul(bytes.len()));
         let samples = width.checked_mul(height).and_then(|pixels| pixels.checked_mul(channels));

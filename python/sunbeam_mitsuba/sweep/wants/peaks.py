@@ -131,7 +131,7 @@ class Peaks(Want):
         # Angles are multiples of the step, independent of the search range.
         multiples = np.arange(np.ceil(first_deg / self.angle_step_deg), last_deg / self.angle_step_deg)
         angles_deg = multiples * self.angle_step_deg
-        # With fewer angles the largest value is always at an end, which is no peak.
+        # With fewer than three angles the largest value is always at an end of the range, which is no peak.
         if len(angles_deg) < 3:
             return None
         radians = np.radians(angles_deg)

@@ -80,7 +80,7 @@ pub(super) fn on_cpu(candidates: &[Candidate], pairs: &[DirectionPair], effort: 
 }
 
 /// Number of pairs whose evaluation lasts [`Effort::repetition_ms`], at least [`PAIRS_MIN`] and at most all. It is
-/// estimated from the fastest of three runs over [`PAIRS_MIN`] pairs. `pairs` has at least as many.
+/// estimated from the fastest of three runs over [`PAIRS_MIN`] pairs, which `pairs` must have.
 fn pairs_per_pass(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effort) -> usize {
     let pass = || seconds(candidate, &pairs[..PAIRS_MIN]);
     let fastest = [pass(), pass(), pass()].into_iter().fold(f64::INFINITY, f64::min);
@@ -88,7 +88,7 @@ fn pairs_per_pass(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effor
     (count as usize).clamp(PAIRS_MIN, pairs.len())
 }
 
-/// Time per colour in µs: the mean over as many passes through `pairs` as [`TIMED_FRACTION`] needs, at least one.
+/// Time per colour in µs: the mean over passes through `pairs` until [`TIMED_FRACTION`] is reached, at least one.
 fn mean_microseconds(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effort) -> f64 {
     // An untimed pass fills the processor's caches, which hold the data of the previous candidate.
     seconds(candidate, pairs);

@@ -165,6 +165,7 @@ fn queries_at(theta_deg: f64, surface: &Surface, count: usize, random: &mut Rand
     while queries.len() < count {
         let wi = direction_from_degrees(theta_deg, random.between(-180.0, 180.0));
         let nm = random.between(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
+        // Drawn for uniform directions, too, which then ignore it.
         let sampled = surface.sample_direction(wi, &[nm], [random.unit(), random.unit(), random.unit()]);
         let is_uniform = queries.len().is_multiple_of(2);
         let wo = if is_uniform { uniform_direction(random) } else { sampled.unwrap_or(NORMAL) };

@@ -226,7 +226,7 @@ fn refuse_coordinates(table: &Table, columns: usize) -> Result<(), String> {
         (_, _, true) => "column",
         _ => return Ok(()),
     };
-    // A plane has equal steps in every column, and is a relief.
+    // A plane has equal steps in every column, also in the last, and is a relief.
     let last: Vec<f64> = table.values.iter().skip(columns - 1).step_by(columns).copied().collect();
     if ramp(&last).is_some() {
         return Ok(());
@@ -285,8 +285,8 @@ fn from_points(header: &Header, table: &Table) -> Parsed {
 fn from_matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> Parsed {
     let total =
         nx.checked_mul(ny).filter(|total| *total > 0).ok_or("its header promises a size that is not possible")?;
-    let with_mask = if header.has_mask { total.checked_mul(2) } else { Some(total) };
-    if Some(values.len()) != with_mask {
+    let expected = if header.has_mask { total.checked_mul(2) } else { Some(total) };
+    if Some(values.len()) != expected {
         let mask = if header.has_mask { " and a mask of as many" } else { "" };
         return Err(format!("its header promises {nx} × {ny} heights{mask}, but {} numbers follow", values.len()));
     }
@@ -298,6 +298,7 @@ fn from_matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> P
     if let Some(loose) = header.loose_counts.iter().find(|loose| ![nx, ny, total].contains(&loose.count)) {
         return Err(format!("line {} says {} points, but {nx} × {ny} follow", loose.line, loose.count));
     }
+    // The mask is 0 at missing points.
     let mask = values.split_off(total);
     for (value, flag) in values.iter_mut().zip(mask) {
         if flag == 0.0 {
@@ -314,7 +315,7 @@ fn from_matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> P
     Ok(with_channel(header, raw))
 }
 
-/// Replaces the header's number of missing points by NaN.
+/// Replaces by NaN the value that stands for a missing point according to the header.
 fn mark_missing<'a>(header: &Header, values: impl Iterator<Item = &'a mut f64>) {
     let Some(no_data) = header.no_data else { return };
     for value in values.filter(|value| **value == no_data) {

@@ -78,6 +78,9 @@ impl Header {
 
     /// Interprets the lines that Gwyddion writes for points: the unit of x and y, then that of the values. Does nothing
     /// unless exactly two lines are left whose value is a unit of length.
+    ///
+    /// # Errors
+    /// The errors of [`micrometres`] and [`height_unit`].
     fn take_unit_lines(&mut self, lines: &mut [UnknownLine]) -> Result<(), String> {
         if self.lateral_um.is_some() || self.height != HeightUnit::NotGiven {
             return Ok(());
