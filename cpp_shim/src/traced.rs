@@ -312,8 +312,8 @@ struct RecordedLoop<S, C, B> {
     go_on: C,
     /// Gives the next state.
     step: B,
-    /// Number of variables that the scope owned before the loop. Later variables belong to the latest step and
-    /// are released when the state is replaced.
+    /// Number of variables that the scope owned before the loop. Later variables belong to the latest step and are
+    /// released when the state is replaced.
     owned_before: usize,
 }
 

@@ -33,9 +33,11 @@ const ENTRY: &str = "
 #[cfg(feature = "rigorous")]
 fn grating() -> Option<&'static dyn Method> {
     static GRATING: LazyLock<GratingColourSurface> = LazyLock::new(|| {
-        let profile = preset_profile(Preset::Sinusoidal, Some(0.3), Some(0.05)).unwrap().unwrap();
+        let (period_um, height_um, coherence_length_um, build_limit) = (0.3, 0.05, 65.0, 1.0);
+        let profile = preset_profile(Preset::Sinusoidal, Some(period_um), Some(height_um)).unwrap().unwrap();
+        let progress = crate::table::Progress::none();
         GratingColourSurface::new(
-            GratingSurface::new(&profile, None, 65.0, 1.0, &crate::table::Progress::none()).unwrap(),
+            GratingSurface::new(&profile, None, coherence_length_um, build_limit, &progress).unwrap(),
         )
     });
     Some(&*GRATING)

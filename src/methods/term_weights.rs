@@ -64,7 +64,7 @@ impl OrderGrid {
         // `[term][lane]`.
         let mut values = ArrayVec::<[f32; N], TERMS_MAX>::new();
         values.extend(std::iter::repeat_n([0.0; N], terms));
-        // The factor 2 − δ_n0 of the Chebyshev series; term 0 is skipped below.
+        // Factor on the terms from 1 on: 2 for the Chebyshev series (0), 1 for the Taylor series (1).
         let factor = if self.series == 0 {
             bessel_j(x, &mut values);
             2.0

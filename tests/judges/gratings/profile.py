@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Order of the map that makes nodes denser towards corners, where fields are singular (`graded`).
+# Order of the map that makes nodes denser towards corners, where fields are singular (`graded`). Chosen: higher orders
+# resolve stronger singularities, and leave fewer nodes between the corners.
 GRADING = 5
 
 
@@ -14,8 +15,8 @@ GRADING = 5
 class Nodes:
     """Points of one period of a curve for a quadrature, as (n,) arrays.
 
-    `weight` is the length of arc of a point, and `(normal_x, normal_z)` the unit normal into the air. `curvature` is
-    positive where the curve bends towards the normal, in 1/µm.
+    `weight` is the arc length that a point stands for, and `(normal_x, normal_z)` the unit normal into the air.
+    `curvature` in 1/µm is positive where the curve bends towards the normal.
     """
 
     x: np.ndarray
@@ -35,7 +36,7 @@ class Sinusoid:
 
     @property
     def slope_deg(self) -> float:
-        """Largest slope."""
+        """Largest slope in degrees."""
         return float(np.degrees(np.arctan(np.pi * self.height / self.period)))
 
     def nodes(self, count: int) -> Nodes:
