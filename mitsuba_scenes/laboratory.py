@@ -24,7 +24,8 @@ import numpy as np
 # Largest number of paths in memory during a pass, one render of the scene. More paths need fewer passes and more
 # memory; these take a few GB.
 PATHS_PER_PASS = 1 << 22
-# y of the camera. The camera is on the y axis, so it is in the plane of the sample at any tilt.
+# y of the camera. The camera is on the y axis, so it is in the plane of the sample at any tilt. Chosen: a camera
+# farther from the sample needs a taller film (`camera`).
 CAMERA_Y_MM = -60.0
 # Edge of the square sample: many times the beam's radius, so that the sample catches a grazing beam.
 SAMPLE_EDGE_MM = 4.0
