@@ -12,8 +12,8 @@ import numpy as np
 
 def states(k, n):
     """Fields (e, h) of s and p for plane waves `k[..., 3]` in a medium of index n; the impedance of free space is 1."""
-    flat = np.linalg.norm(k[..., :2].real, axis=-1)
-    s = np.stack([-k[..., 1], k[..., 0], np.zeros_like(flat)], -1) / flat[..., None]
+    length = np.linalg.norm(k[..., :2].real, axis=-1)
+    s = np.stack([-k[..., 1], k[..., 0], np.zeros_like(length)], -1) / length[..., None]
     p = np.cross(k, s) / n
     return [(e, np.cross(k, e)) for e in (s, p)]
 
@@ -29,7 +29,7 @@ def tangential(fields):
 
 
 def outgoing(flat, n, jump):
-    """Amplitudes of reflected and transmitted s and p waves that cancel a jump of tangential fields, and these waves.
+    """Amplitudes of reflected and transmitted s and p waves with the given jump of tangential fields, and these waves.
 
     A jump is the field above the surface minus that below, so transmitted waves are returned with their signs reversed.
     """
@@ -52,7 +52,8 @@ def first_order(wi, wo, n):
     for arriving in states(down, 1.0):
         amplitudes, waves = outgoing(start, n, -tangential(arriving))
         # Change of the tangential field from the plane to the surface z = ζ, to first order in ζ: ζ ∂z of the field,
-        # and the slope of ζ times its normal component. The slope of exp(iK·x) is i K with K = end − start.
+        # and the slope of ζ times its normal component. The slope of exp(iK·x) is i K with K = end − start. The waves
+        # of first order cancel this change.
         jump = 0
         for (e, h), k, amplitude in [(arriving, down, np.ones_like(start[..., 0]))] + [
             (fields, k, amplitudes[..., i]) for i, (fields, k) in enumerate(waves)

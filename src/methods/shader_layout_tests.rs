@@ -54,13 +54,14 @@ fn methods() -> Vec<(MethodKind, &'static dyn Method)> {
     let field = Preset::Sinusoidal.build(None, None).unwrap();
     let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
     let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
-    let film = Options { body: Some(TransparentBody::new(1.5, true, 65.0)), ..surface.clone() };
-    let all =
+    // A film of index 1.5, with the default coherence length in µm.
+    let film_surface = Options { body: Some(TransparentBody::new(1.5, true, 65.0)), ..surface.clone() };
+    let kinds =
         MethodKind::ALL.map(|kind| (kind, MethodOptions::default())).into_iter().chain([(MethodKind::Stam, gems)]);
     // Leaked for the lifetime 'static of the grating, which lies in a static.
     let leaked = |method: Box<dyn Method>| &*Box::leak(method);
-    let built = all.map(|(kind, options)| (kind, leaked(build(kind, &field, &surface, &options).unwrap())));
-    let film = leaked(build(MethodKind::Table, &field, &film, &MethodOptions::default()).unwrap());
+    let built = kinds.map(|(kind, options)| (kind, leaked(build(kind, &field, &surface, &options).unwrap())));
+    let film = leaked(build(MethodKind::Table, &field, &film_surface, &MethodOptions::default()).unwrap());
     built.chain([(MethodKind::Table, film)]).chain(grating().map(|grating| (MethodKind::Table, grating))).collect()
 }
 

@@ -84,10 +84,10 @@ impl Options {
         let (nx, ny) = field.size();
         let is_grating = nx == 1 || ny == 1;
         // Factor on the time to build the albedo table, which exists only where energy is conserved.
-        let energy = match self.sizes {
-            _ if !self.conserve_energy => 0.0,
-            None => 1.0,
-            Some(sizes) => sizes.energy_factor(high - low, is_grating),
+        let energy = if self.conserve_energy {
+            self.sizes.map_or(1.0, |sizes| sizes.energy_factor(high - low, is_grating))
+        } else {
+            0.0
         };
         BuildDemand {
             size: field.size(),
