@@ -71,8 +71,8 @@ def answer(bsdf: mi.BSDF, call: str, asked: Questions) -> list:
 def kernel(call: Callable[[], list]) -> dict:
     """Compiles and runs the kernels of a call, and describes the one with the most operations.
 
-    `operations` are counted by Dr.Jit, `source_kb` is the size of its intermediate code, `compiled_s` the compilation
-    time in s, and `cached` whether a cache had the kernel. `reported` adds the driver's numbers.
+    `operations` are counted by Dr.Jit, and `source_kb` is the size of its intermediate code. `compiled_s` is the
+    compilation time in s, and `cached` says whether a cache had the kernel. `reported` adds the driver's numbers.
     """
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
         dr.kernel_history_clear()

@@ -159,8 +159,8 @@ fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f6
     }
 }
 
-/// Estimated number of products of a [`Term`] and a ray: a ring's directions times its values of w, times the steps
-/// over the radial frequency ρ = r/λ between the longest and the shortest visible wavelength ([`Path`]).
+/// Estimated number of products of a [`Term`] and a ray, over all rings: directions times values of w times steps. The
+/// steps are those over the radial frequency ρ = r/λ from the longest to the shortest visible wavelength ([`Path`]).
 fn cost(plan: &Rings, sigma_per_um: f64) -> f64 {
     let visible_per_um = 1.0 / VISIBLE_UM.0 - 1.0 / VISIBLE_UM.1;
     plan.rings

@@ -137,8 +137,10 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
     Ok(Orders { orders: orders_of(&forward, k, wi[1]), absorbed, nodes, balance_error, reciprocity_error })
 }
 
-/// The solution with the nodes of `resolution`, doubled until its errors of power balance and of reciprocity, which
-/// `solve` returns with it, are at most [`CHECK_TOLERANCE`]. Returns it with the number of nodes and both errors.
+/// The solution on sufficient nodes, with their number and its errors of power balance and of reciprocity.
+///
+/// `solve` returns a solution with both errors. The nodes of `resolution` are doubled until both are at most
+/// [`CHECK_TOLERANCE`].
 ///
 /// # Errors
 /// [`Error::Unresolved`] where more than 2048 nodes would be needed, and the errors of `solve`.
