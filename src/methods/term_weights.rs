@@ -2,8 +2,8 @@
 //! Several wavelengths are computed side by side, in lanes that the compiler turns into SIMD.
 //!
 //! `x = κH` is the phase rate times half the range of heights, in radians. The weight of term n is
-//! `(2 − δ_n0)·iⁿ·J_n(x)` (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored without the factor i of odd terms. They
-//! are then real, with the signs + + − − and so on.
+//! `(2 − δ_n0)·iⁿ·J_n(x)` (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored without the factor i of odd terms.
+//! They are then real, with the signs + + − − and so on.
 
 use super::bessel::{TERMS_MAX, bessel_j};
 use super::order_grid::OrderGrid;

@@ -135,8 +135,8 @@ impl<N: Numbers> Reading<N> {
         self.depth_wavelength_nm.unwrap_or(self.wavelength_nm)
     }
 
-    /// Frequency `f = (u, v)/λ'` in cycles/µm and phase rate `κ = 2πw/λ"` in rad/µm of a look-up. `tangential` is the part
-    /// (u, v) of a scattering vector, and `normal` its part w.
+    /// Frequency `f = (u, v)/λ'` in cycles/µm and phase rate `κ = 2πw/λ"` in rad/µm of a look-up. `tangential` is the
+    /// part (u, v) of a scattering vector, and `normal` its part w.
     #[inline(always)]
     pub(crate) fn arguments(&self, tangential: [N::Double; 2], normal: N::Real) -> ([N::Double; 2], N::Real) {
         let depth_um = self.for_kappa_nm() * N::Real::lit(1e-3);
