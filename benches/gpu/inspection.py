@@ -28,7 +28,7 @@ from .variants import use
 
 # Calls whose kernels are inspected.
 CALLS = ("eval_pdf", "sample")
-# Number of questions (questions.py), each one set of arguments of a call. Any number gives the same kernel.
+# Number of questions (questions.py), each one set of arguments of a call. Any number and seed give the same kernel.
 COUNT = 1 << 12
 # Patterns of the compiler's report, such as "Used 56 registers, 4096 bytes cmem[0]" and "8 bytes stack frame, 4 bytes
 # spill stores, 4 bytes spill loads".

@@ -1,4 +1,8 @@
-"""Check (a): colours at the same points in both renderers, with negative controls (comparisons that must fail)."""
+"""Check (a) of the cross-check (__init__.py): colours at the same points in both renderers.
+
+Negative controls are comparisons that must fail. The realtime method `flss` sums diffraction orders at equal steps of
+the wavelength.
+"""
 
 from __future__ import annotations
 

@@ -87,6 +87,7 @@ impl ColourTable {
         TableError::unless_in("coherence_length", length_um, COHERENCE_LENGTH_UM, "0.001 to 100000 µm")?;
         TableError::unless_in("tolerance", options.tolerance, TOLERANCE, "1e-6 to 0.1")?;
         TableError::unless_in("resolution", options.resolution, RESOLUTION, "0.25 to 4")?;
+        // Step of the CIE's tables of the observer.
         let step_nm = 1.0;
         let weights = SpectralToRgb::visible(step_nm)?;
         let (plan, coherence_length_um) = fitting_plan(field, options);

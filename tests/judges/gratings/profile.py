@@ -75,17 +75,16 @@ class Polygon:
             along, step = graded(max(8, round(count * share)))
             ones = np.ones_like(along)
             normal = np.array([-edge[1], edge[0]]) / length
-            parts.append(
-                (
-                    start[0] + edge[0] * along,
-                    start[1] + edge[1] * along,
-                    normal[0] * ones,
-                    normal[1] * ones,
-                    0 * ones,
-                    length * step,
-                )
+            part = Nodes(
+                x=start[0] + edge[0] * along,
+                z=start[1] + edge[1] * along,
+                normal_x=normal[0] * ones,
+                normal_z=normal[1] * ones,
+                curvature=0 * ones,
+                weight=length * step,
             )
-        return Nodes(*(np.concatenate(column) for column in zip(*parts)))
+            parts.append(part)
+        return Nodes(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
 
 
 def blazed(period: float, height: float) -> Polygon:
