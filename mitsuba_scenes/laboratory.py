@@ -94,7 +94,7 @@ class Bench:
         from_axis = math.asin(sin_theta_o) + math.radians(self.tilt_deg)
         return self.distance_mm * math.tan(from_axis) if abs(from_axis) < 0.5 * math.pi else None
 
-    def angle_deg(self, x_mm):
+    def angle_deg(self, x_mm: float | np.ndarray) -> float | np.ndarray:
         """Angle θo in degrees of the direction to the point (x, y = 0) of the screen, a number or an array."""
         return np.degrees(np.arctan2(x_mm, self.distance_mm)) - self.tilt_deg
 

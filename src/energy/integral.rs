@@ -358,6 +358,7 @@ mod tests {
     use crate::scattering::build_table;
     use crate::table::{Progress, Tiling, WAVELENGTH_MAX_NM};
 
+    /// The albedo, computed in the numbers `V`.
     fn albedo<V: Values>(integral: &AlbedoIntegral, wi: Vec3, nm: f64) -> f64 {
         let mut sum = 0.0;
         integral.visit::<V>(wi, nm, None, |_, part| sum += V::total(part));

@@ -168,6 +168,7 @@ class Problem:
         """Matrices of ∂s (ex, ey, hx, hy) with mean coefficients, `[harmonic, point, row, column]`."""
 
         def mean(values):
+            """Means over x and y, `[point, 1, 1]`."""
             return values.mean(axis=(1, 2))[:, None, None]
 
         k, kx, ky, eps = self.k, self.kx[None], self.ky[None], self.eps
@@ -277,6 +278,7 @@ class Problem:
         direct[0] = self.nodes_to_points @ at_nodes
 
         def apply(sources):
+            """The sources minus the deviation of their fields."""
             sources = sources.reshape(direct.shape)
             fields = np.matmul(self.to_points, sources[..., None])[..., 0]
             return (sources - self.deviation(fields)).ravel()
