@@ -138,9 +138,8 @@ def main(words: list[str] | None = None) -> int:
 def make(output: Path, variant: str, view: View, spp: int) -> None:
     """Renders all pictures, compares the renderers, and writes pictures and `report.json` into `output`.
 
-    The compared renderers are Mitsuba with the plugin, and the realtime renderer `sunbeam render`.
-
-    In a variant without wavelengths the comparison is skipped. Raises Disagreement if it fails.
+    The compared renderers are Mitsuba with the plugin, and the realtime renderer `sunbeam render`. Raises Disagreement
+    if they disagree. In a variant without wavelengths the comparison is skipped.
     """
     start = time.perf_counter()
     variant = use_variant(variant)
@@ -149,8 +148,13 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
     count = sum(len(row) for row in rows) + len(FOILS_AND_FILMS)
     announce = announcer(count)
     pictures: dict[str, dict] = {}
-    report = {"variant": variant, "resolution": [view.width, view.height], "spp": spp, "versions": versions()}
-    report["pictures"] = pictures
+    report = {
+        "variant": variant,
+        "resolution": [view.width, view.height],
+        "spp": spp,
+        "versions": versions(),
+        "pictures": pictures,
+    }
     sheet = snake_rows(rows, files, view, spp, output, announce, pictures)
     # A kernel of Dr.Jit contains the code of all existing BSDFs. Those of the skins are unused after `snake_rows`, so
     # they are deleted before others are rendered.

@@ -24,7 +24,8 @@ import numpy as np
 # Largest number of paths in memory during a pass, one render of the scene. More paths need fewer passes and more
 # memory; these take a few GB.
 PATHS_PER_PASS = 1 << 22
-# y of the camera. The camera is on the y axis, so it is in the plane of the sample at any tilt.
+# y of the camera. The camera is on the y axis, so it is in the plane of the sample at any tilt. Chosen: a camera
+# farther from the sample needs a taller film (`camera`).
 CAMERA_Y_MM = -60.0
 # Edge of the square sample: many times the beam's radius, so that the sample catches a grazing beam.
 SAMPLE_EDGE_MM = 4.0
@@ -93,7 +94,7 @@ class Bench:
         from_axis = math.asin(sin_theta_o) + math.radians(self.tilt_deg)
         return self.distance_mm * math.tan(from_axis) if abs(from_axis) < 0.5 * math.pi else None
 
-    def angle_deg(self, x_mm):
+    def angle_deg(self, x_mm: float | np.ndarray) -> float | np.ndarray:
         """Angle θo in degrees of the direction to the point (x, y = 0) of the screen, a number or an array."""
         return np.degrees(np.arctan2(x_mm, self.distance_mm)) - self.tilt_deg
 

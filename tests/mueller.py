@@ -1,14 +1,19 @@
-"""Mueller matrices of Mitsuba's BSDFs, and their frames of reference."""
+"""Mueller matrices of Mitsuba's BSDFs, and their frames of reference.
+
+Arrays `wi` and `wo` have the shape (pairs, 3). Vectors `forward` are directions of travel. A frame of reference is
+given by its first axis, a unit vector across the direction of travel.
+"""
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 from batches import interactions, is_scalar, one_by_one, random_directions
 
+# Wavelengths of every pair in nm, as many as a path carries in Mitsuba.
 WAVELENGTHS = [450.0, 520.0, 590.0, 660.0]
 # Largest error of a matrix element relative to the first: some twenty roundings, also of the rotation of frames.
 ROUNDING = 3e-5
-# Largest error where two formulas differ, with different cancellation.
+# Largest error between two formulas of one quantity, in which different digits cancel.
 FORMULA = 5e-4
 
 
@@ -39,11 +44,15 @@ def mirrored(bsdf, wi):
 
 
 def normalised(matrices):
+    """Matrices over their first element, which is the value for unpolarised light."""
     return matrices / matrices[..., :1, :1]
 
 
 def basis(forward):
-    """First axis of Mitsuba's frame of reference for light that travels along `forward[..., 3]`."""
+    """First axis of Mitsuba's frame of reference for light that travels along `forward[..., 3]`.
+
+    The formula is that of Duff et al., JCGT 6(1), 2017.
+    """
     x, y, z = np.moveaxis(np.asarray(forward, float), -1, 0)
     sign = np.where(z >= 0, 1.0, -1.0)
     a = -1 / (sign + z)
@@ -51,7 +60,7 @@ def basis(forward):
 
 
 def turned(forward, start, end):
-    """Matrices that rotate Stokes vectors from one frame to another."""
+    """Matrices that rotate Stokes vectors of light along `forward` from the frame `start` to the frame `end`."""
     angle = np.arctan2((forward * np.cross(start, end)).sum(-1), (start * end).sum(-1))
     c, s, zero, one = np.cos(2 * angle), np.sin(2 * angle), 0 * angle, 1 + 0 * angle
     rows = [[one, zero, zero, zero], [zero, c, s, zero], [zero, -s, c, zero], [zero, zero, zero, one]]
@@ -59,7 +68,11 @@ def turned(forward, start, end):
 
 
 def between_states(matrices, start, end):
-    """Matrices `[pair, channel, 4, 4]` for light from `start` to `end`, in the frames of s and p."""
+    """Matrices `[pair, channel, 4, 4]` for light from `start` to `end`, in the frames of s and p.
+
+    `matrices` are in Mitsuba's frames. `start` and `end` point away from the surface. s is along z × k, where k is the
+    direction of travel.
+    """
     across = [np.stack([-k[:, 1], k[:, 0], 0 * k[:, 0]], -1) for k in (-start, end)]
     s = [v / np.linalg.norm(v, axis=-1, keepdims=True) for v in across]
     into, out = turned(-start, basis(-start), s[0]), turned(end, basis(end), s[1])
@@ -67,6 +80,7 @@ def between_states(matrices, start, end):
 
 
 def pairs(count, seed=5, lowest=0.02):
+    """`count` random pairs of directions `[wi, wo]` whose cosines with the normal exceed `lowest`."""
     rng = np.random.default_rng(seed)
     both = [random_directions(rng, 2 * count) for _ in range(2)]
     kept = np.minimum(both[0][:, 2], both[1][:, 2]) > lowest
@@ -82,8 +96,9 @@ def coherency(matrices):
 
 def reversed_path(matrices, wi, wo):
     """Matrices for light from `wi` to `wo`, by reciprocity from those for `wo` to `wi`, in Mitsuba's frames."""
+    # Reversal of the path transposes a matrix and changes the sign of the third Stokes component.
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
-    seen = flip @ np.swapaxes(matrices, -1, -2) @ flip
-    # Both frames of the reversed light.
+    backwards = flip @ np.swapaxes(matrices, -1, -2) @ flip
+    # Rotations from Mitsuba's frames of the reversed light to those of the given light.
     into, out = turned(-wi, basis(-wi), basis(wi)), turned(wo, basis(wo), basis(-wo))
-    return np.swapaxes(out, -1, -2)[:, None] @ seen @ into[:, None]
+    return np.swapaxes(out, -1, -2)[:, None] @ backwards @ into[:, None]

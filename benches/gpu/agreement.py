@@ -49,7 +49,7 @@ LUMINANCE = np.array([0.2126729, 0.7151522, 0.072175])
 # Largest relative error of values and densities in single precision. 4096 questions to the scalar and LLVM variants
 # gave at most 1e-5 in spectral variants and 5e-5 in colours.
 RELATIVE = 1e-4
-# Fraction of questions that may exceed RELATIVE, because digits cancel.
+# Fraction of questions that may exceed RELATIVE. Chosen: in few of them the terms of a sum cancel and lose digits.
 EXCEEDING = 1e-3
 # Largest error of a component of a sampled direction. A random number is stretched to each interval that it selects,
 # which amplifies its rounding.

@@ -28,7 +28,7 @@ from .variants import use
 
 # Calls whose kernels are inspected.
 CALLS = ("eval_pdf", "sample")
-# Number of questions (questions.py), each one set of arguments of a call. Any number gives the same kernel.
+# Number of questions (questions.py), each one set of arguments of a call. Any number and seed give the same kernel.
 COUNT = 1 << 12
 # Patterns of the compiler's report, such as "Used 56 registers, 4096 bytes cmem[0]" and "8 bytes stack frame, 4 bytes
 # spill stores, 4 bytes spill loads".
@@ -71,8 +71,8 @@ def answer(bsdf: mi.BSDF, call: str, asked: Questions) -> list:
 def kernel(call: Callable[[], list]) -> dict:
     """Compiles and runs the kernels of a call, and describes the one with the most operations.
 
-    `operations` are counted by Dr.Jit, `source_kb` is the size of its intermediate code, `compiled_s` the compilation
-    time in s, and `cached` whether a cache had the kernel. `reported` adds the driver's numbers.
+    `operations` are counted by Dr.Jit, and `source_kb` is the size of its intermediate code. `compiled_s` is the
+    compilation time in s, and `cached` says whether a cache had the kernel. `reported` adds the driver's numbers.
     """
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
         dr.kernel_history_clear()

@@ -1,5 +1,5 @@
-//! Traced numbers: Dr.Jit records each operation on a [`Var`]. An evaluator that is generic over [`Numbers`], called
-//! with [`Traced`], thus becomes part of a kernel.
+//! Traced numbers: Dr.Jit records each operation on a [`Var`]. An evaluator that is generic over [`Numbers`] becomes
+//! part of a kernel when it is called with [`Traced`].
 //!
 //! A [`Var`] is a handle that can be copied: the index of a Dr.Jit variable. The variable belongs to the open scope
 //! (scope.rs), and the lifetime `'s` ties the handle to this scope. Each operator below calls the function of jit.rs
@@ -312,8 +312,8 @@ struct RecordedLoop<S, C, B> {
     go_on: C,
     /// Gives the next state.
     step: B,
-    /// Number of variables that the scope owned before the loop. Later variables belong to the latest step and
-    /// are released when the state is replaced.
+    /// Number of variables that the scope owned before the loop. Later variables belong to the latest step and are
+    /// released when the state is replaced.
     owned_before: usize,
 }
 

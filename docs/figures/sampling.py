@@ -86,8 +86,8 @@ def figures(
 def by_angle(rows: list[dict]) -> list[dict]:
     """A row for each angle of incidence, with the largest of each statistic over azimuths and wavelengths.
 
-    The statistics of the weight are its standard deviation, 99.9th percentile and maximum, each over its mean, and the
-    fraction of the samples that are `lost`, that is, without a direction above the horizon.
+    The statistics of the weight are its standard deviation, 99.9th percentile and maximum, each over its mean. `lost`
+    is the fraction of the samples without a direction above the horizon.
     """
     found = []
     for theta in sorted({row["theta_deg"] for row in rows}):

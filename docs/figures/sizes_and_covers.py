@@ -127,7 +127,7 @@ def of_ball(scene: BenchmarkScene, relief: str, kind: str, budget_s: float) -> d
         loaded = scene.load(bsdf, SIZE, SPP)
         # Means of two independent halves of the renders, (2, rows, columns, 3); of these, the ball's pixels.
         halves[variant] = converged(loaded, budget_s)[:, sees_ball(loaded)]
-        # Objects that are not collected would be listed in the kernels of the next picture.
+        # Dr.Jit compiles every living BSDF into the kernels of the next picture.
         del bsdf, loaded
         gc.collect()
     return difference(halves[RGB], halves[SPECTRAL])

@@ -62,6 +62,7 @@ def reciprocity(profile: Sinusoid | Polygon) -> float:
         # Sines of the orders' directions, by the grating equation.
         sines = there.orders * wavelength_nm / 1e3 / profile.period - np.sin(np.radians(theta_i_deg))
         i = int(np.argmax(there.unpolarised * (there.orders != 0)))
+        # Light that arrives along an order returns to the source in the order of the same index.
         back = solve(profile, wavelength_nm, float(np.degrees(np.arcsin(sines[i]))))
         returned = back.orders == there.orders[i]
         differences = [abs(getattr(back, state)[returned][0] - getattr(there, state)[i]) for state in ("te", "tm")]

@@ -1,4 +1,8 @@
-"""Check (a): colours at the same points in both renderers, with negative controls (comparisons that must fail)."""
+"""Check (a) of the cross-check (__init__.py): colours at the same points in both renderers.
+
+Negative controls are comparisons that must fail. The realtime method `flss` sums diffraction orders at equal steps of
+the wavelength.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +31,7 @@ CONTROL_ROTATION_DEG = 1.0
 
 
 def check(case: Case, files: SnakeFiles, lights: Iterable[Light], view: View, folder: Path) -> list[dict]:
-    """Agreement for each light and its negative controls, as from `compared`, with times in seconds.
+    """Agreement for each light and its negative controls (`compared`), with the light and times in seconds.
 
     Writes the pictures of both renderers into `folder`.
     """
@@ -63,7 +67,8 @@ def compared(
 
     Pictures are linear sRGB, (height, width, 3). `mitsuba` is `evaluate(bsdf, hits)`, which also evaluates the negative
     controls: mirrored points ("sign of u", where u is the x component of wi + wo) and a relief rotated by
-    CONTROL_ROTATION_DEG ("rotated"). `lit` and `compared` are numbers of pixels.
+    CONTROL_ROTATION_DEG ("rotated"). `lit` and `compared` are numbers of pixels. The other entries are the figures of
+    `Agreement`.
     """
     controls = {"sign of u": evaluate(bsdf, points.mirrored(hits, case.skin.get("rotation", 0.0)))}
     with turned(bsdf, CONTROL_ROTATION_DEG):

@@ -5,8 +5,8 @@ use super::cie::{D65, OBSERVER_1931, RANGE_NM};
 /// First and last wavelength of the CIE's tables, in nm. Beyond them the matching functions are 0 and D65 is constant.
 pub const OBSERVER_RANGE_NM: (f64, f64) = (RANGE_NM.0 as f64, RANGE_NM.1 as f64);
 
-/// Index of the table entry at or below a wavelength and the fraction in [0, 1] towards the next entry. Wavelengths
-/// outside the tables are clamped to them.
+/// Index of the table entry at or below a wavelength and the fraction in [0, 1] towards the next entry. Both tables
+/// have an entry for each nm. Wavelengths outside the tables are clamped to them.
 fn locate(wavelength_nm: f64) -> (usize, f64) {
     let position = (wavelength_nm - OBSERVER_RANGE_NM.0).clamp(0.0, (D65.len() - 1) as f64);
     let index = (position as usize).min(D65.len() - 2);

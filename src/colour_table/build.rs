@@ -87,6 +87,7 @@ impl ColourTable {
         TableError::unless_in("coherence_length", length_um, COHERENCE_LENGTH_UM, "0.001 to 100000 µm")?;
         TableError::unless_in("tolerance", options.tolerance, TOLERANCE, "1e-6 to 0.1")?;
         TableError::unless_in("resolution", options.resolution, RESOLUTION, "0.25 to 4")?;
+        // Step of the CIE's tables of the observer.
         let step_nm = 1.0;
         let weights = SpectralToRgb::visible(step_nm)?;
         let (plan, coherence_length_um) = fitting_plan(field, options);
@@ -159,8 +160,8 @@ fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f6
     }
 }
 
-/// Estimated number of products of a [`Term`] and a ray: a ring's directions times its values of w, times the steps
-/// over ρ between the longest and the shortest visible wavelength ([`Path`]).
+/// Estimated number of products of a [`Term`] and a ray, over all rings: directions times values of w times steps. The
+/// steps are those over the radial frequency ρ = r/λ from the longest to the shortest visible wavelength ([`Path`]).
 fn cost(plan: &Rings, sigma_per_um: f64) -> f64 {
     let visible_per_um = 1.0 / VISIBLE_UM.0 - 1.0 / VISIBLE_UM.1;
     plan.rings

@@ -46,6 +46,7 @@ impl SurfaceConfig {
         }
         let other = "theory \"rigorous\"";
         let scalar_only = "theory \"scalar\" has it";
+        // Parameter, whether its value contradicts the rigorous theory, and the reason for the message.
         let checks = [
             ("model", self.model == Model::Patch, scalar_only),
             ("shadowing", self.shadowing, "orders contain what the relief shadows"),

@@ -9,7 +9,7 @@ use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::{COSINE_MIN, Vec3};
 
 /// cosθ at which nodes on the rim and beyond it are evaluated. At cosθ = 0 the albedo may be infinite. Chosen small
-/// against 0.007, the cosine one cell inside the rim of the finest grid (48 cells).
+/// against 0.007, the cosine one cell inside the rim of the finest grid (48 cells, `build.rs`).
 const RIM_COSINE: f64 = 1e-4;
 
 /// Values of cosθ at which cells on the horizon are checked: 89.94° and 89.83°. The albedo of wide orders has a pole at

@@ -342,8 +342,11 @@ fn panels_over_the_hemisphere(table: &SpectralTable) -> f64 {
     let wavelength_um = 1e-3 * WAVELENGTH_MIN_NM;
     let lattice = table.lattice();
     let widths = wide_node_panels(table, wavelength_um);
-    let panels = [(&lattice.x, widths[0]), (&lattice.y, widths[1])]
-        .map(|(axis, width)| (2.0 * (wavelength_um * axis.cutoff / axis.period_um).min(1.0).asin() / width).ceil());
+    let panels = [(&lattice.x, widths[0]), (&lattice.y, widths[1])].map(|(axis, width)| {
+        // Largest angle with the normal, in radians: that of the cutoff, or of the horizon.
+        let angle_max = (wavelength_um * axis.cutoff / axis.period_um).min(1.0).asin();
+        (2.0 * angle_max / width).ceil()
+    });
     panels[0] * panels[1]
 }
 
@@ -355,6 +358,7 @@ mod tests {
     use crate::scattering::build_table;
     use crate::table::{Progress, Tiling, WAVELENGTH_MAX_NM};
 
+    /// The albedo, computed in the numbers `V`.
     fn albedo<V: Values>(integral: &AlbedoIntegral, wi: Vec3, nm: f64) -> f64 {
         let mut sum = 0.0;
         integral.visit::<V>(wi, nm, None, |_, part| sum += V::total(part));

@@ -1,6 +1,7 @@
 //! Gaussians of the nodes of a spectral table, and fewer Gaussians in place of many.
 //!
-//! A fast integral takes few narrow nodes one by one. Of many, the weaker ones are merged in squares of frequencies.
+//! The fast integral of the albedo (`integral.rs`) takes narrow nodes one by one if they are few. Of many nodes, the
+//! weaker ones are merged in squares of frequencies. A node's *record* in the table gives its power by phase rate.
 
 use super::node_gaussian::NodeGaussian;
 use crate::table::{LatticeAxis, NodeCurve, SpectralTable};
@@ -16,7 +17,8 @@ const STRONGEST: usize = 16;
 /// ones keep more of the nodes' frequencies.
 const MERGED_SIDE_PER_UM: f64 = 0.14;
 
-/// Whether the table has a cutoff along an axis, the largest frequency that the pixels resolve.
+/// Whether the table has a cutoff along an axis, the largest frequency that the pixels resolve. The nodes along such an
+/// axis sample a continuous spectrum, whereas nodes without a cutoff are orders.
 pub(super) fn is_limited(table: &SpectralTable) -> bool {
     table.lattice().x.cutoff.is_finite() || table.lattice().y.cutoff.is_finite()
 }

@@ -28,7 +28,8 @@ pub enum GratingBody<'a> {
 }
 
 impl GratingBody<'_> {
-    /// Whether the medium below the relief is a dielectric, in which fields reach many periods.
+    /// Whether the medium below the relief is a dielectric. Its efficiencies vary more smoothly than a metal's, but one
+    /// solution takes longer (`plan.rs`).
     pub(super) fn is_dielectric(self) -> bool {
         match self {
             Self::Reflector(index) => index.is_some_and(SpectralIndex::is_dielectric),

@@ -301,6 +301,7 @@ mod tests {
         let [[ee, eh], [he, hh]] = order.jones;
         // `mueller` treats a power of at most 1 as zero; the factor cancels in the result.
         let scaled = |z: Complex64| [z.re * 1e3, z.im * 1e3];
+        // Crossed elements change their signs, as in `JonesView::matrix`.
         Some(mueller::<Double>([scaled(ee), scaled(-eh), scaled(-he), scaled(hh)]))
     }
 

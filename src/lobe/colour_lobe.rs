@@ -116,6 +116,7 @@ impl<N: Numbers> InColour<N> for ColourLobe<N> {
         let colour = match self.size {
             None => self.table.relief_rgb(u, v, w, active),
             Some(RelativeSize { scale, depth }) => {
+                // Scattering vector at which the table, made for the relief's full size, is read.
                 let [x, y, z] = [u * scale, v * scale, w * depth];
                 factor = factor * scale * scale;
                 if let Some(ratio) = &ratio {
@@ -140,6 +141,7 @@ impl<N: Numbers> InColour<N> for ColourLobe<N> {
 
     #[inline(always)]
     fn draw(&self, wi: [N::Real; 3], _to_below: N::Mask, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+        // The sampler needs two of the three random numbers.
         self.sampler.sample(wi, [u[1], u[2]], active)
     }
 }

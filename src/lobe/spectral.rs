@@ -124,6 +124,7 @@ impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
         u: [N::Real; 3],
         active: N::Mask,
     ) -> [N::Real; 3] {
+        // The sampler needs two of the three random numbers.
         self.sampler().sample(wi, &self.reading(nm), [u[1], u[2]], active)
     }
 }

@@ -33,9 +33,11 @@ const ENTRY: &str = "
 #[cfg(feature = "rigorous")]
 fn grating() -> Option<&'static dyn Method> {
     static GRATING: LazyLock<GratingColourSurface> = LazyLock::new(|| {
-        let profile = preset_profile(Preset::Sinusoidal, Some(0.3), Some(0.05)).unwrap().unwrap();
+        let (period_um, height_um, coherence_length_um, build_limit) = (0.3, 0.05, 65.0, 1.0);
+        let profile = preset_profile(Preset::Sinusoidal, Some(period_um), Some(height_um)).unwrap().unwrap();
+        let progress = crate::table::Progress::none();
         GratingColourSurface::new(
-            GratingSurface::new(&profile, None, 65.0, 1.0, &crate::table::Progress::none()).unwrap(),
+            GratingSurface::new(&profile, None, coherence_length_um, build_limit, &progress).unwrap(),
         )
     });
     Some(&*GRATING)
@@ -52,13 +54,14 @@ fn methods() -> Vec<(MethodKind, &'static dyn Method)> {
     let field = Preset::Sinusoidal.build(None, None).unwrap();
     let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
     let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
-    let film = Options { body: Some(TransparentBody::new(1.5, true, 65.0)), ..surface.clone() };
-    let all =
+    // A film of index 1.5, with the default coherence length in µm.
+    let film_surface = Options { body: Some(TransparentBody::new(1.5, true, 65.0)), ..surface.clone() };
+    let kinds =
         MethodKind::ALL.map(|kind| (kind, MethodOptions::default())).into_iter().chain([(MethodKind::Stam, gems)]);
     // Leaked for the lifetime 'static of the grating, which lies in a static.
     let leaked = |method: Box<dyn Method>| &*Box::leak(method);
-    let built = all.map(|(kind, options)| (kind, leaked(build(kind, &field, &surface, &options).unwrap())));
-    let film = leaked(build(MethodKind::Table, &field, &film, &MethodOptions::default()).unwrap());
+    let built = kinds.map(|(kind, options)| (kind, leaked(build(kind, &field, &surface, &options).unwrap())));
+    let film = leaked(build(MethodKind::Table, &field, &film_surface, &MethodOptions::default()).unwrap());
     built.chain([(MethodKind::Table, film)]).chain(grating().map(|grating| (MethodKind::Table, grating))).collect()
 }
 

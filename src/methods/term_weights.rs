@@ -1,9 +1,9 @@
 //! Weights of the terms in the series of the phase screen exp(iκh) (symbols: orders.rs), for many wavelengths at one w.
 //! Several wavelengths are computed side by side, in lanes that the compiler turns into SIMD.
 //!
-//! With `x = κH`, the phase rate times half the range of heights, in radians, the weight of term n is
-//! `(2 − δ_n0)·iⁿ·J_n(x)` (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored without the factor i of odd terms, so
-//! that they are real and have the signs + + − − and so on.
+//! `x = κH` is the phase rate times half the range of heights, in radians. The weight of term n is
+//! `(2 − δ_n0)·iⁿ·J_n(x)` (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored without the factor i of odd terms.
+//! They are then real, with the signs + + − − and so on.
 
 use super::bessel::{TERMS_MAX, bessel_j};
 use super::order_grid::OrderGrid;
@@ -64,7 +64,7 @@ impl OrderGrid {
         // `[term][lane]`.
         let mut values = ArrayVec::<[f32; N], TERMS_MAX>::new();
         values.extend(std::iter::repeat_n([0.0; N], terms));
-        // The factor 2 − δ_n0 of the Chebyshev series; term 0 is skipped below.
+        // Factor on the terms from 1 on: 2 for the Chebyshev series (0), 1 for the Taylor series (1).
         let factor = if self.series == 0 {
             bessel_j(x, &mut values);
             2.0

@@ -83,7 +83,12 @@ impl Options {
         // A single row or column of pixels. The albedo of such a grating has ridges, which take more work.
         let (nx, ny) = field.size();
         let is_grating = nx == 1 || ny == 1;
-        let energy = self.sizes.map_or(1.0, |sizes| sizes.energy_factor(high - low, is_grating));
+        // Factor on the time to build the albedo table, which exists only where energy is conserved.
+        let energy = if self.conserve_energy {
+            self.sizes.map_or(1.0, |sizes| sizes.energy_factor(high - low, is_grating))
+        } else {
+            0.0
+        };
         BuildDemand {
             size: field.size(),
             pixel_um: (field.dx_um(), field.dy_um()),
@@ -92,17 +97,17 @@ impl Options {
             tiling: self.tiling,
             coherence_length_um: self.coherence_length_um,
             tolerance: self.tolerance,
-            purpose: Purpose::Surface { energy: if self.conserve_energy { energy } else { 0.0 } },
+            purpose: Purpose::Surface { energy },
         }
     }
 
-    /// `O·M` of a pair of directions.
+    /// `O·M` of a pair of directions: the obliquity factor times the V-cavity factor.
     pub fn angular_factor(&self, pair: &Pair) -> f64 {
         angular_factor(self.obliquity, self.shadowing, [pair.u, pair.v, pair.w], [pair.cos_i, pair.cos_o])
     }
 
-    /// Factor before `S/λ²` in the integrand of the albedo, from `q = wi + wo` and the cosines of `wi` and `wo`: `O·M`,
-    /// or `Q·M` with the small-slope factor of `index`.
+    /// Factor on `S/λ²` in the integrand of the albedo, from `q = wi + wo` and the cosines of `wi` and `wo`: `O·M`, or
+    /// `Q·M` with the small-slope factor of `index`. S is the relief's power spectrum.
     #[inline(always)]
     pub(crate) fn albedo_factor<R: Real>(&self, q: [R; 3], cosines: [R; 2], index: Option<ComplexIndex>) -> R {
         let angular = angular_factor(self.obliquity, self.shadowing, q, cosines);

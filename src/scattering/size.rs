@@ -20,8 +20,8 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
-/// Accepted relative sizes, of patterns and of heights. The tables are those of a surface's largest relief, of size 1.
-/// A relief of the smallest size is a flat mirror.
+/// Accepted relative sizes, of patterns and of heights. Tables are built for a surface's largest relief, of size 1. The
+/// lower bound is chosen: heights of this relative size make a flat mirror.
 pub const RELATIVE_SIZE: RangeInclusive<f64> = 1e-3..=1.0;
 
 /// Size of a relief relative to that of its tables.
@@ -43,21 +43,22 @@ pub struct SizeRange {
     pub depth: [f64; 2],
 }
 
-/// Phase in radians between the relief's lowest and highest point, per unit of w, by which two slabs of an albedo table
-/// differ at most. A *slab* holds the albedos of one 1/λ", between which the albedo is interpolated linearly.
+/// Largest difference of phase between neighbouring slabs of an albedo table, in radians. A *slab* holds the albedos of
+/// one 1/λ"; between slabs the albedo is interpolated linearly. The phase is that between the relief's lowest and
+/// highest point, per unit of w.
 ///
-/// Measured on the preset `xenopeltis` at half its size: albedos reach 0.98 both with 3 and with 0.75, so finer slabs
-/// gain nothing.
+/// Measured on the preset `xenopeltis` at half its size: the largest albedo after division by the table is 0.98 both
+/// with 3 and with 0.75, so finer slabs gain nothing.
 pub(crate) const SLAB_PHASE: f64 = 3.0;
 /// [`SLAB_PHASE`] of reliefs whose albedo has ridges, such as gratings. Measured on the preset `blazed` at half its
-/// size: with 1 an albedo of 1.017 remains, with 0.5 one of 1.010.
+/// size: the largest albedo after division by the table is 1.017 with 1, and 1.010 with 0.5.
 pub(crate) const SLAB_PHASE_OF_RIDGES: f64 = 0.5;
 
 impl SizeRange {
-    /// Range of log λ' as a multiple of that of the tables' wavelengths.
+    /// Range of log λ', relative to the range of log λ of the tables.
     pub(crate) fn wavelength_ranges(&self) -> f64 {
-        let own = (WAVELENGTH_MAX_NM / WAVELENGTH_MIN_NM).log2();
-        1.0 + (self.scale[1] / self.scale[0]).log2() / own
+        let log_range = (WAVELENGTH_MAX_NM / WAVELENGTH_MIN_NM).log2();
+        1.0 + (self.scale[1] / self.scale[0]).log2() / log_range
     }
 
     /// Wavenumbers 1/λ" in 1/nm, from the smallest depth at the longest wavelength to the largest depth at the
@@ -88,8 +89,8 @@ impl SizeRange {
     pub fn rounded(self) -> Self {
         let rounded = |[low, high]: [f64; 2]| {
             // Ends within a relative 1e-6 of a power count as that power.
-            let step = |end: f64, round: fn(f64) -> f64| (0.5 * round(2.0 * end.log2())).exp2();
-            [step(low * (1.0 + 1e-6), f64::floor), step(high * (1.0 - 1e-6), f64::ceil)]
+            let to_power = |end: f64, round: fn(f64) -> f64| (0.5 * round(2.0 * end.log2())).exp2();
+            [to_power(low * (1.0 + 1e-6), f64::floor), to_power(high * (1.0 - 1e-6), f64::ceil)]
                 .map(|end| end.clamp(*RELATIVE_SIZE.start(), *RELATIVE_SIZE.end()))
         };
         Self { scale: rounded(self.scale), depth: rounded(self.depth) }
@@ -134,8 +135,8 @@ impl<N: Numbers> Reading<N> {
         self.depth_wavelength_nm.unwrap_or(self.wavelength_nm)
     }
 
-    /// Frequency `f = (u, v)/λ'` in cycles/µm and phase rate `κ = 2πw/λ"` in rad/µm of a look-up, from the tangential
-    /// part (u, v) and the normal part w of a scattering vector.
+    /// Frequency `f = (u, v)/λ'` in cycles/µm and phase rate `κ = 2πw/λ"` in rad/µm of a look-up. `tangential` is the
+    /// part (u, v) of a scattering vector, and `normal` its part w.
     #[inline(always)]
     pub(crate) fn arguments(&self, tangential: [N::Double; 2], normal: N::Real) -> ([N::Double; 2], N::Real) {
         let depth_um = self.for_kappa_nm() * N::Real::lit(1e-3);

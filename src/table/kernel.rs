@@ -115,6 +115,7 @@ pub(super) fn semicircle(log_error: f64) -> (InterpolationKernel, usize) {
 mod tests {
     use super::*;
 
+    /// A Gaussian, and semicircles for a large and a small error.
     fn kernels() -> [InterpolationKernel; 3] {
         [InterpolationKernel::Gaussian { sigma: 0.7 }, semicircle(9.0).0, semicircle(18.0).0]
     }

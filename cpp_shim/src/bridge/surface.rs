@@ -52,8 +52,9 @@ pub(super) enum Tables {
 }
 
 impl Recipe {
-    /// Parses the JSON parameters and checks them against the index. `obliquity` = `auto` is replaced by the choice for
-    /// this index, which stays even if `eta` and `k` change later.
+    /// Parses the JSON parameters and checks them against the index, which is not known if it comes from a texture or a
+    /// colour. `obliquity` = `auto` is replaced by the choice for this index, which stays even if `eta` and `k` change
+    /// later.
     pub(super) fn new(
         config_json: &str,
         samples: &ffi::IndexSamples,
@@ -145,8 +146,8 @@ impl Surface {
             Tables::Grating(tables) => tables.clone(),
             Tables::GratingColours(tables) => tables.clone(),
         };
-        // The last bit tells whether there are Jones matrices. Surfaces that share their tables also share these.
-        let identity = 2 * identity(shared) + u64::from(jones.is_some());
+        // The last bit tells whether there are Jones matrices, which surfaces with the same tables share.
+        let identity = 2 * table_number(shared) + u64::from(jones.is_some());
         Ok(Box::new(Self { recipe, tables, jones, identity }))
     }
 
@@ -177,7 +178,7 @@ impl Surface {
 
 /// Number of these tables, from 1 on. It is never given to other tables in this process, unlike their address, which
 /// may be reused after they are freed.
-fn identity(tables: Arc<dyn Any + Send + Sync>) -> u64 {
+fn table_number(tables: Arc<dyn Any + Send + Sync>) -> u64 {
     /// Tables that have a number.
     struct Numbered {
         /// Number given last; 0 before the first.

@@ -120,7 +120,7 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
     let period = profile.period_um();
     // κ/k = √(1 − y²), computed from x and z, which keeps its digits for light along the grooves.
     let kappa_over_k = wi[0].hypot(wi[2]);
-    // The light travels along −wi, so its wave number along x is −k·wi.x. It is α₀ = 2πb/d (`lib.rs`).
+    // t = κd/2π. The light travels along −wi, so its wave number along x is −k·wi.x = α₀ = 2πb/d.
     let (t, b) = (kappa_over_k * k * period / TAU, -wi[0] * k * period / TAU);
     // |wi.y| may exceed 1 by the tolerance of the length.
     check_size(profile, medium, wavelength_nm, wi[1].abs().min(1.0))?;
@@ -137,8 +137,10 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
     Ok(Orders { orders: orders_of(&forward, k, wi[1]), absorbed, nodes, balance_error, reciprocity_error })
 }
 
-/// The solution with the nodes of `resolution`, doubled until its errors of power balance and of reciprocity, which
-/// `solve` returns with it, are at most [`CHECK_TOLERANCE`]. Returns it with the number of nodes and both errors.
+/// The solution on sufficient nodes, with their number and its errors of power balance and of reciprocity.
+///
+/// `solve` returns a solution with both errors. The nodes of `resolution` are doubled until both are at most
+/// [`CHECK_TOLERANCE`].
 ///
 /// # Errors
 /// [`Error::Unresolved`] where more than 2048 nodes would be needed, and the errors of `solve`.
@@ -191,8 +193,8 @@ pub(crate) fn check_length(wi: [f64; 3]) -> Result<(), Error> {
 /// Jones matrix for light from a direction with the y component `wi_y`, given the Jones matrix for the same |ky| and
 /// ky ≥ 0.
 ///
-/// Light from `wi_y` > 0 has ky < 0. Reflection y → −y reverses the sign of Ey but not of Hy, so the two elements that
-/// mix Ey and Hy change their signs.
+/// Elements are named by the outgoing and the incident state: e has Ey and h has Hy. Light from `wi_y` > 0 has ky < 0.
+/// Reflection y → −y reverses the sign of Ey but not of Hy, so the two elements that mix the states change their signs.
 pub(crate) fn flipped([[ee, eh], [he, hh]]: Jones, wi_y: f64) -> Jones {
     if wi_y > 0.0 { [[ee, -eh], [-he, hh]] } else { [[ee, eh], [he, hh]] }
 }

@@ -1,4 +1,4 @@
-//! The propagating orders of one medium.
+//! The propagating orders of one medium. Symbols are those of `lib.rs`.
 
 use std::f64::consts::TAU;
 

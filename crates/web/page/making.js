@@ -4,6 +4,9 @@
 // Two kinds of data are built in parallel: the surface (relief, then the method's data) and the scene (mesh and
 // pigment). A change of one kind does not disturb the other. Each start of a kind increments its number in `turns`. A
 // task that resumes after an `await` is stale if this number has changed. It must then end without an effect.
+//
+// `page.engine` builds data in Web Workers, the *makers*. The *artist* is the worker that draws pictures with WebGPU.
+// *Keys* name the settings that data depend on (`currentKeys`).
 
 import { updateAddress } from "./address.js";
 import { showControls } from "./panel.js";

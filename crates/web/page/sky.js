@@ -46,7 +46,7 @@ export class Sky {
     });
   }
 
-  /** Shows the sun, with the camera at the lower edge. Both have the fields of the settings. */
+  /** Shows the sun, {azimuth_deg, elevation_deg}, with the camera, {azimuth_deg}, at the lower edge. */
   show(sun, camera) {
     this.#camera = camera.azimuth_deg;
     // The angle from the downward axis, as in `drag`.

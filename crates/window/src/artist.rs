@@ -145,7 +145,7 @@ impl Artist {
         if self.shot.is_some() {
             return picture.or(Some(Step::Save));
         }
-        let map = self.cursor.and_then(|_| hemisphere::next(self.map_side, &self.map_pace)).map(Step::Map);
+        let map = self.cursor.and_then(|_| hemisphere::next_side(self.map_side, &self.map_pace)).map(Step::Map);
         if self.map_side.is_none() { map.or(picture) } else { picture.or(map) }
     }
 

@@ -26,10 +26,11 @@ pub(crate) struct BrdfMap {
     pub exposure: f64,
 }
 
-/// Side in pixels of the map to draw after a map with the side `done`. `pace` is the estimated speed of the method. The
-/// map is the finest one that takes at most [`PREVIEW_MS`], else the next finer one. `done` is `None` before the first
-/// map. The result is `None` after the finest map.
-pub(crate) fn next(done: Option<usize>, pace: &Pace) -> Option<usize> {
+/// Side in pixels of the map to draw after a map with the side `done`; `None` after the finest map. `done` is `None`
+/// before the first map. `pace` is the estimated speed of the method.
+///
+/// The map is the finest one that takes at most [`PREVIEW_MS`], else the next finer one.
+pub(crate) fn next_side(done: Option<usize>, pace: &Pace) -> Option<usize> {
     let mut finer = SIDES.into_iter().filter(|&side| done.is_none_or(|done| side > done));
     let fits = |&side: &usize| pace.fits(area(side), PREVIEW_MS);
     finer.clone().rev().find(fits).or_else(|| finer.next())
@@ -79,13 +80,13 @@ mod tests {
             pace.learn(1.0, ms_per_pixel);
             pace
         };
-        assert_eq!(next(None, &pace(1e-5)), Some(FINEST_SIDE));
-        assert_eq!(next(Some(FINEST_SIDE), &pace(1e-5)), None);
+        assert_eq!(next_side(None, &pace(1e-5)), Some(FINEST_SIDE));
+        assert_eq!(next_side(Some(FINEST_SIDE), &pace(1e-5)), None);
         let mut done = None;
         for expected in SIDES {
-            done = next(done, &pace(1e3));
+            done = next_side(done, &pace(1e3));
             assert_eq!(done, Some(expected));
         }
-        assert_eq!(next(done, &Pace::default()), None);
+        assert_eq!(next_side(done, &Pace::default()), None);
     }
 }

@@ -75,7 +75,7 @@ fn explained(error: eframe::Error) -> Box<dyn Error> {
         eframe::Error::WinitEventLoop(error) => no_display(error.to_string()),
         eframe::Error::Winit(error) => no_display(error.to_string()),
         eframe::Error::Wgpu(WgpuError::CustomNativeAdapterSelectionError(reason)) => reason.into(),
-        // There is no graphics interface at all, hence no adapter.
+        // Without a graphics interface there is no adapter either.
         eframe::Error::Wgpu(WgpuError::CreateSurfaceError(_)) => {
             GpuError::NoAdapter { wanted: "usable".to_owned(), found: "none".to_owned() }.into()
         }

@@ -124,8 +124,8 @@ def read_spec(path: str | os.PathLike[str], output: str | os.PathLike[str] | Non
 
     ``output`` replaces the specification's own; it is relative to the working folder.
 
-    Raises :class:`SweepError` with one line for a file that cannot be read, for unknown keys, contradictions and values
-    out of range, and for a glob without matches.
+    Raises :class:`SweepError` with one line for a file that cannot be read, an unknown key, a contradiction, a value
+    out of range, or a glob without matches.
     """
     path = Path(path)
     try:

@@ -30,9 +30,10 @@ from .gmres import gmres
 from .panels import Panels, panels
 from .relief import Relief, harmonics
 
-# Height a of a panel over the relief's largest height or depth. At 1 the coordinates would fold.
+# Height a of a panel over the relief's largest height or depth. At 1 the coordinates would fold. Chosen: larger values
+# need more nodes, smaller ones come closer to the fold.
 REACH = 2.0
-# Smallest height or depth of the relief for the panels, needed if it is flat.
+# Lower bound on that height or depth, so that the panels of a flat relief have a height.
 REACH_MIN_UM = 2e-3
 # Number of mean systems that are inverted at once. More are faster and need more memory.
 CHUNK = 128
@@ -59,8 +60,8 @@ class Orders:
 
     `jones` has amplitudes `[order, out, in]` of s and p. Their squares are powers, and their phases are those at the
     mean height. s is along z × k and p along k × s, where k is the direction of travel. For an order along the normal,
-    s is that of the incident light. `balance` is the deviation of all reflected and transmitted power from 1, for media
-    without loss. It and GMRES's `residual` are the larger ones of both states.
+    s is that of the incident light. `balance` checks solutions for media without loss: the deviation of the reflected
+    and transmitted power from 1. `residual` is that of GMRES. Both are the larger value of the states s and p.
     """
 
     jx: np.ndarray
@@ -167,6 +168,7 @@ class Problem:
         """Matrices of ∂s (ex, ey, hx, hy) with mean coefficients, `[harmonic, point, row, column]`."""
 
         def mean(values):
+            """Means over x and y, `[point, 1, 1]`."""
             return values.mean(axis=(1, 2))[:, None, None]
 
         k, kx, ky, eps = self.k, self.kx[None], self.ky[None], self.eps
@@ -175,7 +177,8 @@ class Problem:
         along_y = mean(self.zs - self.zy**2 * self.per_c)
         across = mean(self.zx * self.zy * self.per_c)
         operator = np.zeros((self.panels.count, *self.shape, 4, 4), complex)
-        # The means of Zx/c and Zy/c are left to GMRES.
+        # The module's equations with es, hs, D and B inserted. Rows and columns are ex, ey, hx, hy. The means of Zx/c
+        # and Zy/c are left to GMRES.
         operator[..., 0, 2] = 1j * kx * per_c * ky / k / eps - 1j * k * across
         operator[..., 0, 3] = -1j * kx * per_c * kx / k / eps + 1j * k * along_y
         operator[..., 1, 2] = 1j * ky * per_c * ky / k / eps - 1j * k * along_x
@@ -198,7 +201,7 @@ class Problem:
         Rows are the equations at the points, outgoing waves above and below, and the continuity of all four components
         at s = 0. The parts of the inverses that are kept give fields from the sources at the points: `to_points` at the
         points, `to_top` and `to_bottom` at the ends. `from_light` gives the fields of harmonic (0, 0) at the nodes from
-        the incident light.
+        the incident light, and `nodes_to_points` interpolates fields at the nodes to the points.
         """
         at: Panels = self.panels
         rows, unknowns = 4 * at.count, 8 * at.nodes
@@ -230,7 +233,7 @@ class Problem:
             if first == 0:
                 # The light drives the first harmonic, (0, 0), through the two rows of the upper end.
                 self.from_light = inverse[0, :, rows : rows + 2]
-        self.to_values = value
+        self.nodes_to_points = value
 
     def incident(self, state: str) -> np.ndarray:
         """ex, ey, hx, hy of s or p polarised light with unit E, at the upper end s = a."""
@@ -246,7 +249,7 @@ class Problem:
         by_mode = fields.reshape(modes, count, 4)
         f = by_mode.transpose(1, 2, 0).reshape(count, 4, *self.shape)
         k, kx, ky = self.k, self.kx, self.ky
-        # ex, ey, hx, hy, D^s and B^s.
+        # Fourier coefficients of ex, ey, hx, hy, D^s and B^s.
         spectra = np.empty((count, 6, *self.shape), complex)
         spectra[:, :4] = f
         spectra[:, 4] = (ky * f[:, 2] - kx * f[:, 3]) / k
@@ -272,9 +275,10 @@ class Problem:
         # The wave above, fields minus the incident light, is outgoing.
         at_nodes = self.from_light @ (incident[2:] - self.admittance_above[0] @ incident[:2])
         direct = np.zeros((self.kx.size, 4 * self.panels.count), complex)
-        direct[0] = self.to_values @ at_nodes
+        direct[0] = self.nodes_to_points @ at_nodes
 
         def apply(sources):
+            """The sources minus the deviation of their fields."""
             sources = sources.reshape(direct.shape)
             fields = np.matmul(self.to_points, sources[..., None])[..., 0]
             return (sources - self.deviation(fields)).ravel()

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Order of the map that makes nodes denser towards corners, where fields are singular (`graded`).
+# Order of the map that makes nodes denser towards corners, where fields are singular (`graded`). Chosen: higher orders
+# resolve stronger singularities, and leave fewer nodes between the corners.
 GRADING = 5
 
 
@@ -14,8 +15,8 @@ GRADING = 5
 class Nodes:
     """Points of one period of a curve for a quadrature, as (n,) arrays.
 
-    `weight` is the length of arc of a point, and `(normal_x, normal_z)` the unit normal into the air. `curvature` is
-    positive where the curve bends towards the normal, in 1/µm.
+    `weight` is the arc length that a point stands for, and `(normal_x, normal_z)` the unit normal into the air.
+    `curvature` in 1/µm is positive where the curve bends towards the normal.
     """
 
     x: np.ndarray
@@ -35,7 +36,7 @@ class Sinusoid:
 
     @property
     def slope_deg(self) -> float:
-        """Largest slope."""
+        """Largest slope in degrees."""
         return float(np.degrees(np.arctan(np.pi * self.height / self.period)))
 
     def nodes(self, count: int) -> Nodes:
@@ -74,17 +75,16 @@ class Polygon:
             along, step = graded(max(8, round(count * share)))
             ones = np.ones_like(along)
             normal = np.array([-edge[1], edge[0]]) / length
-            parts.append(
-                (
-                    start[0] + edge[0] * along,
-                    start[1] + edge[1] * along,
-                    normal[0] * ones,
-                    normal[1] * ones,
-                    0 * ones,
-                    length * step,
-                )
+            part = Nodes(
+                x=start[0] + edge[0] * along,
+                z=start[1] + edge[1] * along,
+                normal_x=normal[0] * ones,
+                normal_z=normal[1] * ones,
+                curvature=0 * ones,
+                weight=length * step,
             )
-        return Nodes(*(np.concatenate(column) for column in zip(*parts)))
+            parts.append(part)
+        return Nodes(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
 
 
 def blazed(period: float, height: float) -> Polygon:

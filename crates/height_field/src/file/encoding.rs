@@ -6,9 +6,9 @@ const PROBE_BYTES: usize = 64;
 
 /// Text of a whole file, without its byte order mark.
 ///
-/// UTF-16 is recognised by its byte order mark, or by NUL in most pairs of the first bytes, always at the same place of
-/// the pair ([`has_nul_at`]). Text that is neither UTF-16 nor valid UTF-8 is taken for Latin-1, in which every byte is
-/// a character.
+/// UTF-16 is recognised by its byte order mark, or by NUL at the same place of most pairs of the first bytes
+/// ([`has_nul_at`]). Text that is neither UTF-16 nor valid UTF-8 is taken for Latin-1, in which every byte is a
+/// character.
 ///
 /// # Errors
 /// NUL characters in the text: the file is binary.

@@ -8,7 +8,7 @@ pub const READABLE: &str =
 
 /// Description of a format of height fields.
 ///
-/// Texts are cells of the table in docs/height-fields.md, hence their brevity: "without, …" means "if the file has
+/// Texts are cells of the table in docs/height-fields.md, and therefore short: "without, …" means "if the file has
 /// none". Options of the reader and names in files are in backticks. An empty text is printed as a dash.
 ///
 /// ```

@@ -123,8 +123,8 @@ fn go_to_page(pages: &mut Pages, channel_option: Option<&str>) -> Result<Option<
         }
         if !pages.more_images() {
             // The page does not exist: `choose` fails with a list of all pages.
-            let (title, unit, kind) = (String::new(), "page".to_owned(), ValueKind::Lengths);
-            let page_channel = |number| Channel { number, title: title.clone(), unit: unit.clone(), kind };
+            let page_channel =
+                |number| Channel { number, title: String::new(), unit: "page".to_owned(), kind: ValueKind::Lengths };
             let listed: Vec<Channel> = (0..=current).map(page_channel).collect();
             channel::choose(&listed, Some(wanted))?;
         }

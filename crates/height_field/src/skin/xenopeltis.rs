@@ -42,16 +42,16 @@ const REACH: f64 = TIP + TIP_LENGTH + 6.0 * TIP_SIGMA;
 /// Shape of the fingers, which lean towards −y.
 const SHAPE: FingerShape = FingerShape { lean: 0.15, flank: FLANK, reach: REACH, half_width, surface_um };
 
-/// Half the width of a finger at `t`, in finger periods, between the middles of its two flanks. Fingers touch at t = 0;
-/// the gap between them is a pointed ellipse; tips are round.
+/// Half the width of a finger at `t`, in finger periods, between the middles of its two flanks. Fingers touch at t = 0,
+/// from which a pointed gap opens between them. Tips are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
-    let closed = closed(FLANK);
+    let touching = closed(FLANK);
     let gap = 0.5 * FLANK * smooth_step(0.0, 0.08, t) + 0.17 * smooth_step(0.03, 0.45, t);
     // Wide and narrow fingers differ only near the tip, which is a bulb.
     let bulb = 0.36 * (finger.width - 1.0) * smooth_step(0.5, 0.85, t);
     // Fraction of the round end that lies before `t`: 0 before the end, 1 at its extremity.
     let past = ((t - TIP - finger.tip) / TIP_LENGTH).clamp(0.0, 1.0);
-    (closed - gap + bulb) * (1.0 - past * past).sqrt()
+    (touching - gap + bulb) * (1.0 - past * past).sqrt()
 }
 
 /// Height of a finger's surface at `t` and `q`, in µm.

@@ -5,10 +5,13 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 use super::lattice::{Lattice, Side};
 use super::*;
 
+/// Number of vertices of the default mesh.
 const VERTICES: usize = 10_933;
+/// Number of triangles of the default mesh.
 const FACES: usize = 21_573;
-/// Counts of Single 2014's scan of a snake; the default mesh agrees within a tenth.
+/// Number of vertices of Single 2014's scan of a snake, with which the default mesh agrees within a tenth.
 const VERTICES_OF_THE_SCAN: usize = 11_696;
+/// Number of triangles of the same scan.
 const FACES_OF_THE_SCAN: usize = 22_950;
 /// Rounding error of unit vectors in single precision.
 const UNIT_TOLERANCE: f32 = 1e-6;
@@ -17,6 +20,7 @@ fn default_mesh() -> SnakeMesh {
     SnakeMesh::build(&SnakeOptions::default()).unwrap()
 }
 
+/// Positions in cm and texture coordinates of the corners of a triangle.
 fn corners(mesh: &SnakeMesh, triangle: [u32; 3]) -> ([DVec3; 3], [DVec2; 3]) {
     (
         triangle.map(|i| Vec3::from(mesh.positions[i as usize]).as_dvec3()),
@@ -24,8 +28,17 @@ fn corners(mesh: &SnakeMesh, triangle: [u32; 3]) -> ([DVec3; 3], [DVec2; 3]) {
     )
 }
 
+/// Normal of a triangle, outward; its length is twice the area.
 fn geometric_normal([p0, p1, p2]: [DVec3; 3]) -> DVec3 {
     (p1 - p0).cross(p2 - p0)
+}
+
+/// Derivatives of the position by the texture coordinates u and v on a triangle.
+fn dp_du_and_dv([p0, p1, p2]: [DVec3; 3], [uv0, uv1, uv2]: [DVec2; 3]) -> (DVec3, DVec3) {
+    let (dp1, dp2) = (p1 - p0, p2 - p0);
+    let (duv1, duv2) = (uv1 - uv0, uv2 - uv0);
+    let determinant = duv1.perp_dot(duv2);
+    ((dp1 * duv2.y - dp2 * duv1.y) / determinant, (dp2 * duv1.x - dp1 * duv2.x) / determinant)
 }
 
 /// Whether a triangle is part of a wall: it deviates by more than 30° from its normals, which are those of its scale.
@@ -34,13 +47,13 @@ fn is_wall(mesh: &SnakeMesh, triangle: [u32; 3]) -> bool {
     geometric_normal(corners(mesh, triangle).0).angle_between(shading).to_degrees() > 30.0
 }
 
-/// Quantile of a list, 0 to 1.
+/// The value below which the fraction `q` of the values lies. Sorts the values.
 fn quantile(values: &mut [f64], q: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     values[(q * (values.len() - 1) as f64) as usize]
 }
 
-/// The scales of the sheet, those on its rim included.
+/// The scales (i, j) of the sheet (lattice.rs), those on its rim included.
 fn scales(lattice: &Lattice) -> impl Iterator<Item = (i64, i64)> {
     let (along, around) = (lattice.rows_along, lattice.rows_around);
     (0..=along).flat_map(move |i| (0..=around).map(move |j| (i, j))).filter(|(i, j)| (i + j) % 2 == 0)
@@ -142,6 +155,7 @@ fn the_visible_scale_agrees_with_the_mesh() {
 fn frames_are_orthonormal_and_outward() {
     let mesh = default_mesh();
     let options = SnakeOptions::default();
+    // The top of the back is at half scale 8 of the 17 around the body.
     let body = super::body::Body::new(&options, 8.0 / 17.0);
     for (i, uv) in mesh.uvs.iter().enumerate() {
         let (n, t) = (Vec3::from(mesh.normals[i]), Vec3::from(mesh.tangents[i]));
@@ -175,12 +189,14 @@ fn triangles_are_not_degenerate_and_keep_the_orientation_of_the_texture() {
     }
 }
 
-/// Largest accepted angles in degrees between the stored tangents and Mitsuba's, which follow from texture coordinates:
-/// median, 90th percentile and maximum over corners on scales, and median over those on walls, where the relief has no
-/// meaning.
+/// Largest accepted angle between the stored tangents and Mitsuba's, which follow from texture coordinates: the median
+/// over corners on scales.
 const TANGENT_MEDIAN_DEG: f64 = 0.6;
-const TANGENT_MOST_DEG: f64 = 2.0;
-const TANGENT_WORST_DEG: f64 = 7.0;
+/// Largest accepted 90th percentile of these angles.
+const TANGENT_P90_DEG: f64 = 2.0;
+/// Largest accepted maximum of these angles.
+const TANGENT_MAX_DEG: f64 = 7.0;
+/// Largest accepted median of the angles at corners on walls, where the relief has no meaning.
 const TANGENT_WALL_DEG: f64 = 12.0;
 
 #[test]
@@ -191,9 +207,7 @@ fn the_tangent_is_the_texture_derivative() {
     let mut walls = Vec::new();
     for triangle in &mesh.triangles {
         let (p, uv) = corners(&mesh, *triangle);
-        let (duv1, duv2) = (uv[1] - uv[0], uv[2] - uv[0]);
-        let dp_du = ((p[1] - p[0]) * duv2.y - (p[2] - p[0]) * duv1.y) / duv1.perp_dot(duv2);
-        let dp_dv = ((p[2] - p[0]) * duv1.x - (p[1] - p[0]) * duv2.x) / duv1.perp_dot(duv2);
+        let (dp_du, dp_dv) = dp_du_and_dv(p, uv);
         for i in triangle {
             let n = Vec3::from(mesh.normals[*i as usize]).as_dvec3();
             let t = Vec3::from(mesh.tangents[*i as usize]).as_dvec3();
@@ -207,12 +221,12 @@ fn the_tangent_is_the_texture_derivative() {
             assert!(n.cross(t).dot(dp_dv) > 0.0, "bitangent against v");
         }
     }
-    let (median, most) = (quantile(&mut angles, 0.5), quantile(&mut angles, 0.9));
-    let worst = quantile(&mut angles, 1.0);
-    println!("tangent against dp_du: median {median:.3}°, 90 % {most:.3}°, worst {worst:.3}°");
+    let (median, p90) = (quantile(&mut angles, 0.5), quantile(&mut angles, 0.9));
+    let largest = quantile(&mut angles, 1.0);
+    println!("tangent against dp_du: median {median:.3}°, 90 % {p90:.3}°, largest {largest:.3}°");
     assert!(median < TANGENT_MEDIAN_DEG, "median {median}");
-    assert!(most < TANGENT_MOST_DEG, "90 % {most}");
-    assert!(worst < TANGENT_WORST_DEG, "worst {worst}");
+    assert!(p90 < TANGENT_P90_DEG, "90 % {p90}");
+    assert!(largest < TANGENT_MAX_DEG, "largest {largest}");
     let wall = quantile(&mut walls, 0.5);
     assert!(wall < TANGENT_WALL_DEG, "walls {wall}");
 }
@@ -224,9 +238,7 @@ fn textures_are_hardly_stretched() {
     let mut ratios = Vec::new();
     for triangle in mesh.triangles.iter().filter(|triangle| !is_wall(&mesh, **triangle)) {
         let (p, uv) = corners(&mesh, *triangle);
-        let (duv1, duv2) = (uv[1] - uv[0], uv[2] - uv[0]);
-        let dp_du = (p[1] - p[0]) * duv2.y - (p[2] - p[0]) * duv1.y;
-        let dp_dv = (p[2] - p[0]) * duv1.x - (p[1] - p[0]) * duv2.x;
+        let (dp_du, dp_dv) = dp_du_and_dv(p, uv);
         ratios.push(dp_du.length() / (2.0 * dp_dv.length()));
     }
     let (low, middle, high) = (quantile(&mut ratios, 0.01), quantile(&mut ratios, 0.5), quantile(&mut ratios, 0.99));
@@ -303,8 +315,10 @@ fn ply_has_mitsubas_header_and_every_byte() {
     for name in ["x", "nx", "u", "v", "tangent_x", "tangent_z"] {
         assert!(text.contains(&format!("property float {name}\n")), "{text}");
     }
+    // A vertex has 11 floats of 4 bytes: position, normal, u, v and tangent. A triangle has a count byte and three i32.
     assert_eq!(bytes.len() - header, 44 * VERTICES + 13 * FACES);
     let float = |offset: usize| f32::from_le_bytes(bytes[header + offset..header + offset + 4].try_into().unwrap());
+    // Position and tangent of the second vertex.
     assert_eq!([float(44), float(48), float(52)], mesh.positions[1]);
     assert_eq!([float(76), float(80), float(84)], mesh.tangents[1]);
     assert!(matches!(mesh.write_ply("/nonexistent/a.ply"), Err(SnakeError::Write { .. })));

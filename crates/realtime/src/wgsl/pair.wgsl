@@ -19,7 +19,7 @@ struct Pair {
 // Smallest cosine to divide by, about the rounding error of a single-precision cosine. Larger values would change
 // grazing directions; smaller ones would amplify rounding errors there.
 const PAIR_COSINE_MIN: f32 = 1e-7;
-// Value of `Optics.obliquity` for Stam's obliquity factor.
+// Value of `Optics.obliquity` (optics.wgsl) for Stam's obliquity factor.
 const PAIR_OBLIQUITY_STAM: u32 = 0u;
 // Value of `Optics.obliquity` for O = 1.
 const PAIR_OBLIQUITY_UNIT: u32 = 1u;
