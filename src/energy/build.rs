@@ -101,9 +101,9 @@ pub(super) struct Builder<'a, const K: usize> {
     group: &'a (dyn Fn(f64) -> Group<K> + Sync),
     /// Number of groups: odd, so that every other group belongs to the coarse grid.
     groups: usize,
-    /// [`AlbedoIntegral::is_mirrored`].
+    /// Whether the relief varies along x alone, so that directions mirrored at the x axis have equal albedos.
     is_mirrored: bool,
-    /// [`AlbedoIntegral::ridge_cosines`].
+    /// Values of cosθo of orders on ridges ([`AlbedoIntegral::ridge_cosines`]); empty without ridges.
     ridge_cosines: Vec<f64>,
 }
 
@@ -137,7 +137,8 @@ impl<'a, const K: usize> Builder<'a, K> {
     pub(super) fn build(&self, grid: Grid, progress: &Progress) -> Option<Nodes<K>> {
         let coarse_grid = Grid { cells: grid.cells / COARSE_STRIDE as u32 };
         let coarse_groups = self.groups / COARSE_STRIDE + 1;
-        // Coarse nodes are integrated twice, for a and for t. The table's nodes and the cells follow.
+        // Steps are nodes and cells that are integrated: coarse nodes twice, for a and for t, then the table's nodes,
+        // then the cells.
         let cells = self.gaps() * self.integrated_rows(grid) * grid.cells as usize;
         let steps = progress.of_steps(
             2 * coarse_groups * self.integrated_nodes(coarse_grid) + self.groups * self.integrated_nodes(grid) + cells,
@@ -243,9 +244,9 @@ impl<'a, const K: usize> Builder<'a, K> {
             })
             .collect();
         for _ in 0..ITERATIONS {
-            // Replaces t by I(t), the integral in its definition. The first t, max(1, a), fulfils the condition
-            // I(t) ≤ t, and I does not decrease with t, unless parts are negative. So I(I(t)) ≤ I(t): the new t
-            // fulfils it, too.
+            // Replaces t by the larger of 1 and I(t), the integral in its definition. The first t, max(1, a), fulfils
+            // the condition I(t) ≤ t, and I does not decrease with t, unless parts are negative. So I(I(t)) ≤ I(t):
+            // the new t fulfils it, too.
             t = std::array::from_fn(|k| {
                 let (zero, t) = (Real4::lit(0.0), Real4::lit(t[k]));
                 let sum = divided.iter().fold(zero, |sum, (part, divided)| {

@@ -4,7 +4,8 @@
 //! f = (wi + wo)_xy/λ                    frequency, in cycles/µm
 //! κ = 2πk,  k = (cosθi + cosθo)/λ       phase rate κ in rad/µm; k in cycles/µm
 //! P_j(κ), f_j                           power and frequency of node j
-//! G(f; k) = (|f|² + k²)²/k²             λ²G = 4 O cosθi cosθo for Stam's factor O; 1 for other factors
+//! G(f; k) = (|f|² + k²)²/k²             for Stam's obliquity factor O, where λ²G = 4 O cosθi cosθo
+//! G = 1                                 for other obliquity factors
 //! M_jb = mean of P_j(κ)·G(f_j; κ/2π) over band b     mass of node j, for BANDS uniform bands of κ
 //! M_j  = (1 − t) M_jb + t M_j(b+1)      mass at a typical κ of the incidence, at the fraction t from the centre of
 //!                                       band b to that of band b + 1
@@ -41,7 +42,7 @@ use std::f64::consts::{LOG2_E, TAU};
 ///
 /// Below it a density reads up to [`TAPS_MAX`] nodes along an axis for the Gaussian itself; with tents it reads two.
 /// The relative variance of sample weights that tents add along an axis is 8 % at this width and below 1 % from 0.9 on.
-/// Smaller values save reads; larger ones reduce the variance.
+/// Chosen: smaller values save reads; larger ones reduce the variance.
 const TENTS_FROM_SIGMA: f64 = 0.35;
 /// Largest number of nodes along an axis that a density reads: two to either side, for the widest Gaussian that is not
 /// approximated by tents.
@@ -134,8 +135,8 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> 
 /// Means of `P·G` over each band of κ, for every node that is stored, given by its numbers `[jx, jy]`. Zeros for
 /// frequencies that the pixels do not resolve.
 ///
-/// A node of frequency `f` propagates only for `κ ≤ √(κ_max² − (2π|f|)²)`. A mean is over these κ. A band without any
-/// repeats the mean of the band below. Where that is zero or missing, it takes its first quadrature point.
+/// A node of frequency `f` propagates only for `κ ≤ √(κ_max² − (2π|f|)²)`. A mean is over these κ. A band without such
+/// κ repeats the mean of the band below. Where that mean is zero or missing, the band takes its first quadrature point.
 fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f32; BANDS])> {
     let nodes = table.kept_nodes();
     let band_width = table.kappa_max() / BANDS as f64;
@@ -302,9 +303,9 @@ impl<N: Numbers> SquareView<N> {
             (cosine * wavenumber).fma(lit(axis.period_um), lit(f64::from(axis.origin) + side * axis.reach))
         };
         let rectangle = self.areas().rectangle([0, 1].map(|i| edge(i, -1.0)), [0, 1].map(|i| edge(i, 1.0)));
-        // κ at the typical outgoing cosine, TYPICAL_COS_GRAZING + TYPICAL_COS_SLOPE·cosθi.
-        let estimated = || passage.normal.fma(lit(1.0 + TYPICAL_COS_SLOPE), lit(TYPICAL_COS_GRAZING));
-        let w = passage.typical_normal.unwrap_or_else(estimated);
+        // w = cosθi + cosθo at the typical outgoing cosine, TYPICAL_COS_GRAZING + TYPICAL_COS_SLOPE·cosθi.
+        let estimated_w = || passage.normal.fma(lit(1.0 + TYPICAL_COS_SLOPE), lit(TYPICAL_COS_GRAZING));
+        let w = passage.typical_normal.unwrap_or_else(estimated_w);
         let kappa = w * lit(TAU * 1e3) / reading.for_kappa_nm();
         // Position in bands, counted from the centre of the first.
         let position = kappa.fma(lit(self.layout.bands_per_kappa), lit(-0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));

@@ -65,8 +65,8 @@ fn point_is_film() -> bool {
     return frame.film_eta != 0.0;
 }
 
-// The query of the point of the mesh with the barycentric coordinates b, with `lit` and `sun` still 0. `to_viewer` is a
-// unit vector in the scene's frame.
+// The query of the point of the mesh with the barycentric coordinates b, without sunlight: its `lit` and `sun` are 0.
+// `to_viewer` is a unit vector in the scene's frame.
 fn point_mesh(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3<f32>) -> Point {
     let b0 = 1.0 - b.x - b.y;
     // Edges in cm.
