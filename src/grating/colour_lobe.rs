@@ -35,7 +35,7 @@ use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::array;
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Wavelength in nm of the polarisation of order 0, in the middle of the visible range.
+/// Wavelength in nm of the polarisation of order 0: 550 nm, in the middle of the visible range.
 const ORDER_ZERO_NM: f64 = 1e3 * TYPICAL_WAVELENGTH_UM;
 
 /// One order on the line of a pair of directions.
@@ -96,13 +96,14 @@ impl<N: Numbers> GratingColourLobe<N> {
             jones.matrix(channels, pair, nm, groove_cosine, active).map(|element| element * power)
         };
         self.sum_orders(from, to, active, polarised, |colour, active| {
-            // Order 0, with the channels of order 0 at 550 nm.
+            // Order 0 at 550 nm; `periods` is d/λ.
             let nm = N::Real::lit(ORDER_ZERO_NM);
             let periods = N::Double::lit(1e3 * self.layout.period_um / ORDER_ZERO_NM);
             let [[in_x, in_y], [out_x, out_y]] = self.tangential([from, to]);
             let half = N::Double::lit(0.5);
             let view = self.view();
             let bounds = view.bounds(periods, (out_y - in_y) * half);
+            // As in `sum_orders`, both directions are moved by half of the distance to the order.
             let channels = view.channels(&bounds, (out_x - in_x) * periods * half, active);
             let [(incident, is_incident), (outgoing, is_outgoing)] =
                 [from, to].map(|w| channels.of_order(N::Double::lit(0.0), view.is_below(w)));
@@ -147,8 +148,9 @@ impl<N: Numbers> GratingColourLobe<N> {
                 let visible_nu = nu_m.clip(nu_min, nu_max);
                 let periods = N::widen(visible_nu * real(self.layout.period_um));
                 let m = N::widen(order);
-                let channels =
-                    view.channels(&view.bounds(periods, groove_cosine), (x_difference * periods - m) * half, active);
+                // Wave number along x of the moved incident wave, in units of 2π/d.
+                let a = (x_difference * periods - m) * half;
+                let channels = view.channels(&view.bounds(periods, groove_cosine), a, active);
                 let (incident, is_incident) = channels.of_order(N::Double::lit(0.0), from_below);
                 let (outgoing, is_outgoing) = channels.of_order(m, to_below);
                 // Order 0 is in the start value.

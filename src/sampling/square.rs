@@ -21,7 +21,7 @@
 //!
 //! A sample is a node plus an offset along each axis. Where the Gaussian of a node is narrow, the offset is normal.
 //! Where it is wide, the Gaussian is approximated by a sum of tents at the nodes around. A tent has the density
-//! `1 − |t|` of the offset t in nodes, for t in [−1, 1]. Masses are convolved with the tents' weights beforehand, so a
+//! `1 − |x|` of the offset x in nodes, for x in [−1, 1]. Masses are convolved with the tents' weights beforehand, so a
 //! sample draws a node and the offset of one tent.
 //!
 //! In the evaluator, masses are whole *counts* times a unit of mass per band (`summed_area`). Results are zero where
@@ -216,7 +216,7 @@ struct Incidence<N: Numbers> {
 }
 
 impl<N: Numbers> SquareView<N> {
-    /// See [`super::SamplerView::density`].
+    /// Density of [`Self::draw`] over the plane of tangential wave vectors, as in [`super::SamplerView::density`].
     #[inline(always)]
     pub(super) fn density(
         &self,
@@ -248,7 +248,8 @@ impl<N: Numbers> SquareView<N> {
         N::Real::select(has_mass, density, lit(0.0))
     }
 
-    /// See [`super::SamplerView::draw`].
+    /// Draws the tangential part of an outgoing wave vector from two random numbers, as in
+    /// [`super::SamplerView::draw`]. The returned mask is false where nothing is drawn.
     #[inline(always)]
     pub(super) fn draw(
         &self,
@@ -276,9 +277,9 @@ impl<N: Numbers> SquareView<N> {
                 Some(sigma) => normal_quantile(drawn.u[i]) * lit(sigma),
                 None => tent_quantile(drawn.u[i]),
             };
-            let number = N::widen(N::real(drawn.node[i])) - N::Double::lit(f64::from(axis.origin));
-            // The sampled frequency in cycles/nm.
-            let f = (number + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
+            // Position in nodes from frequency 0, and the sampled frequency in cycles/nm.
+            let position = N::widen(N::real(drawn.node[i])) - N::Double::lit(f64::from(axis.origin));
+            let f = (position + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
             N::narrow(f.fma(nm, -N::widen(passage.tangential[i])))
         });
         (outgoing, has_mass)
@@ -290,13 +291,13 @@ impl<N: Numbers> SquareView<N> {
         SummedAreaView { layout: self.layout.areas, words: self.words }
     }
 
-    /// Prepares the square about the incident tangential vector, widened by the largest offset, and the two bands of an
-    /// incidence.
+    /// Prepares the square about the incident tangential vector, and the two bands of κ of an incidence.
     #[inline(always)]
     fn incidence(&self, passage: &Passage<N>, reading: &Reading<N>, active: N::Mask) -> Incidence<N> {
         let lit = N::Real::lit;
         let wavenumber = lit(1e3) / reading.wavelength_nm;
-        // Position in nodes of the square's edge at the outgoing direction cosine ±reach; `side` is −1 or 1.
+        // Position in nodes of the square's edge: at the outgoing direction cosine ±`passage.reach`, widened by the
+        // largest offset `axis.reach`. `side` is −1 or 1.
         let edge = |i: usize, side: f64| {
             let axis = &self.layout.axes[i];
             let cosine = passage.reach.fma(lit(side), passage.tangential[i]);
@@ -306,6 +307,7 @@ impl<N: Numbers> SquareView<N> {
         // w = cosθi + cosθo at the typical outgoing cosine, TYPICAL_COS_GRAZING + TYPICAL_COS_SLOPE·cosθi.
         let estimated_w = || passage.normal.fma(lit(1.0 + TYPICAL_COS_SLOPE), lit(TYPICAL_COS_GRAZING));
         let w = passage.typical_normal.unwrap_or_else(estimated_w);
+        // The wavelength for κ differs from that for frequencies where heights are resized.
         let kappa = w * lit(TAU * 1e3) / reading.for_kappa_nm();
         // Position in bands, counted from the centre of the first.
         let position = kappa.fma(lit(self.layout.bands_per_kappa), lit(-0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));

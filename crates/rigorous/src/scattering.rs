@@ -95,8 +95,8 @@ pub struct Scattering {
     jones: Vec<Jones>,
 }
 
-/// A lossless dielectric below a profile at one (tm, b), for any wavelength: its response and its waves at the coarse
-/// nodes. It suits any index and wavelength with this `tm = κm·d/2π`.
+/// A lossless dielectric below a profile at one (tm, b), for any index and wavelength with this `tm = κm·d/2π`: its
+/// response and its waves at the nodes of the profile.
 ///
 /// ```
 /// use sunbeam_rigorous::{Channel, Discretisation, Profile, Resolution};
