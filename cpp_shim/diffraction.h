@@ -95,6 +95,7 @@ public:
         return optics()->sample(ctx, si, sample1, sample2, active);
     }
 
+    // The template arguments of `answer` tell whether it computes the value and whether the density.
     Spectrum eval(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
                   Mask active) const override {
         MI_MASKED_FUNCTION(ProfilerPhase::BSDFEvaluate, active);
@@ -143,7 +144,8 @@ private:
 template <typename Float, typename Spectrum> size_t register_variant(std::string_view name, PluginRegisterFn fn) {
     using Class = Diffraction<Float, Spectrum>;
     fn(name, Class::Variant, Class::Type, [](void *, const Properties &props) -> ref<Object> {
-        // Checked for each instance instead of when the plugin is loaded, so that every attempt reports the reason.
+        // Throws unless Mitsuba and the CPU suit the plugin. Checked for each instance instead of when the plugin is
+        // loaded, so that every attempt reports the reason.
         require_compatible(mitsuba_address);
         return new Class(props);
     });
