@@ -31,7 +31,7 @@ use crate::scattering::Vec3;
 use crate::table::{Progress, Steps, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 
-/// Number of cells along each side of the finest grid.
+/// Number of cells along each side of the finest grid, chosen with [`RESOLUTIONS`].
 const FINEST_CELLS: u32 = 48;
 /// Sizes of tables: the largest number of quadrature nodes of a typical integral ([`AlbedoIntegral::typical_nodes`]),
 /// then the numbers of cells along each side and of planes. A table takes the first row whose largest number is not

@@ -103,7 +103,7 @@ impl<N: Numbers> GratingColourLobe<N> {
             let half = N::Double::lit(0.5);
             let view = self.view();
             let bounds = view.bounds(periods, (out_y - in_y) * half);
-            // As in `sum_orders`, both directions are moved by half of the distance to the order.
+            // Both directions are moved by half of the distance to the order, as in `sum_orders`.
             let channels = view.channels(&bounds, (out_x - in_x) * periods * half, active);
             let [(incident, is_incident), (outgoing, is_outgoing)] =
                 [from, to].map(|w| channels.of_order(N::Double::lit(0.0), view.is_below(w)));

@@ -21,8 +21,8 @@ pub(super) struct Spacing {
     pub solved_every: usize,
 }
 
-/// Steps in nm among which [`Spacing::choose`] selects: halvings down to the width of a metal's anomalies, its resonant
-/// peaks over wavelengths.
+/// Steps in nm among which [`Spacing::choose`] selects. Chosen as halvings down to the width of a metal's anomalies,
+/// its resonant peaks over wavelengths.
 pub(super) const STEPS_NM: [f64; 4] = [80.0, 40.0, 20.0, 10.0];
 /// Points at which the step is tested: `t` as a fraction of its largest value d/λ, and `b`. Chosen away from
 /// symmetries. Light and the plane across the grooves form the angle arccos of the fraction: about 57° and 34°.

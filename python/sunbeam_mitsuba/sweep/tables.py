@@ -33,8 +33,8 @@ _SMALL_PRESETS = ("flat", "sinusoidal", "blazed", "lamellar")
 _SMALL_COHERENCE_UM = 1000.0
 # Default of the parameter `coherence_length` in µm, equal to the library's (src/config/); no test compares them.
 _DEFAULT_COHERENCE_UM = 65.0
-# Largest number of surfaces estimated before the workers start; workers estimate the others. Each estimate runs the
-# command, so larger values delay the start. Smaller ones may miss the largest surface.
+# Largest number of surfaces estimated before the workers start; workers estimate the others. Chosen: each estimate runs
+# the command, so larger values delay the start. Smaller ones may miss the largest surface.
 _ESTIMATED_BEFORE = 32
 
 
