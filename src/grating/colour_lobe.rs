@@ -146,11 +146,13 @@ impl<N: Numbers> GratingColourLobe<N> {
                 let order = n * line.sign;
                 let (nu_m, gauss) = line.nearest(order);
                 let visible_nu = nu_m.clip(nu_min, nu_max);
+                // d/λ.
                 let periods = N::widen(visible_nu * real(self.layout.period_um));
                 let m = N::widen(order);
+                let bounds = view.bounds(periods, groove_cosine);
                 // Wave number along x of the moved incident wave, in units of 2π/d.
                 let a = (x_difference * periods - m) * half;
-                let channels = view.channels(&view.bounds(periods, groove_cosine), a, active);
+                let channels = view.channels(&bounds, a, active);
                 let (incident, is_incident) = channels.of_order(N::Double::lit(0.0), from_below);
                 let (outgoing, is_outgoing) = channels.of_order(m, to_below);
                 // Order 0 is in the start value.
