@@ -63,7 +63,7 @@ public:
         m_optics->traverse(cb);
         auto put = [&](const char *name, float &number) { cb->put(name, number, +ParamFlags::NonDifferentiable); };
         put("coherence_length", m_numbers[0]);
-        // Textures of sizes are exposed by the optics.
+        // Scale and depth are numbers here only where they are no textures, which the optics expose.
         if (!m_optics->has_scale_texture())
             put("scale", m_numbers[1]);
         if (!m_optics->has_depth_texture())
@@ -74,7 +74,7 @@ public:
     /// if there are none, `eta` and `k` count as unchanged.
     void parameters_changed(const std::vector<std::string> &keys = {}) override {
         auto has_changed = [&](const char *key) { return std::find(keys.begin(), keys.end(), key) != keys.end(); };
-        // Colour tables (RGB and mono variants) may include the interface's factor (reflection.h) of the first index.
+        // Colour tables (RGB and mono variants) may include the interface's factor (interface.h) of the initial index.
         if (has_changed("eta") || has_changed("k"))
             set_optics(m_optics->without_index());
         // Numbers determine the tables, which are built anew.
@@ -85,7 +85,7 @@ public:
             set_optics(m_optics->with_numbers(wanted));
             m_numbers = wanted;
         }
-        // The spectra of `eta` and `k` may have other ranges now.
+        // The spectra of `eta` and `k` may cover other ranges of wavelengths now (spectral_ends.h).
         set_optics(m_optics->with_current_ends());
     }
 
@@ -95,6 +95,7 @@ public:
         return optics()->sample(ctx, si, sample1, sample2, active);
     }
 
+    // The template arguments of `answer` tell whether it computes the value and whether the density.
     Spectrum eval(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
                   Mask active) const override {
         MI_MASKED_FUNCTION(ProfilerPhase::BSDFEvaluate, active);
@@ -132,8 +133,8 @@ public:
     MI_DECLARE_CLASS(Diffraction)
 
 private:
-    /// Exposed parameters `coherence_length` in µm, `scale` and `depth`. Mitsuba writes them before it calls
-    /// `parameters_changed`.
+    /// Exposed parameters `coherence_length` in µm, `scale` and `depth` (factors on the relief's pattern and heights).
+    /// Mitsuba writes them before it calls `parameters_changed`.
     std::array<float, 3> m_numbers;
 
     MI_TRAVERSE_CB(Base, m_optics)
@@ -143,7 +144,8 @@ private:
 template <typename Float, typename Spectrum> size_t register_variant(std::string_view name, PluginRegisterFn fn) {
     using Class = Diffraction<Float, Spectrum>;
     fn(name, Class::Variant, Class::Type, [](void *, const Properties &props) -> ref<Object> {
-        // Checked for each instance instead of when the plugin is loaded, so that every attempt reports the reason.
+        // Throws unless Mitsuba and the CPU suit the plugin. Checked for each instance instead of when the plugin is
+        // loaded, so that every attempt reports the reason.
         require_compatible(mitsuba_address);
         return new Class(props);
     });

@@ -26,7 +26,7 @@ template <typename Texture> class SpectralRange final : public mitsuba::Traversa
 public:
     explicit SpectralRange(Texture &texture) { add(texture); }
 
-    /// The common range, in nm.
+    /// Range in nm within which all these textures have values; within Mitsuba's range.
     WavelengthRange range;
 
 private:
@@ -103,7 +103,7 @@ public:
                 fn(payload, end->index_combined(), "", "");
     }
 
-    /// Value of the texture at the point and wavelengths of `si`: eta or k, which have no unit.
+    /// Value of the texture at the point and the clipped wavelengths of `si`: eta or k, which have no unit.
     UnpolarizedSpectrum eval(const Texture &texture, const SurfaceInteraction &si, dr::mask_t<Float> active) const {
         if constexpr (mitsuba::is_spectral_v<Spectrum>) {
             if (are_clipped()) {
@@ -116,8 +116,9 @@ public:
     }
 
 private:
+    /// Name of the texture in warnings and errors.
     std::string m_source;
-    /// Range of the texture when it was last read.
+    /// Range of the texture when it was last read. RGB and mono variants leave it complete.
     WavelengthRange m_range;
     /// Ends of the range in nm as variables, for clipping. Not read while the range is complete.
     Float m_low = 0.f, m_high = 0.f;

@@ -15,8 +15,8 @@ from .scene import MAX_DEPTH, View
 from .skin import KERATIN, PRESETS, preset_skin, scanned_skin, skin_bsdf
 from .snake import SnakeFiles, snake_files
 
-# Exposure of PNG pictures in stops (doublings). The sunlit snake is dark and diffracts little light. Larger values
-# brighten it and compress more highlights.
+# Exposure of PNG pictures in stops (doublings), chosen: the sunlit snake is dark and diffracts little light. Larger
+# values brighten it and compress more highlights.
 EXPOSURE_STOPS = 2.0
 
 

@@ -29,9 +29,9 @@ def snake_files(resolution: float = 4.0, tool: Path = TOOL, folder: Path = FOLDE
     than the executable `tool`, since a new build may draw another snake. Raises SetupError where `tool` fails.
     """
     files = SnakeFiles(folder / f"snake-{resolution:g}.ply", folder / f"pigment-{resolution:g}.png")
-    # Without the executable all files count as outdated, and calling it raises the error.
-    built = tool.stat().st_mtime if tool.exists() else math.inf
-    if all(path.exists() and path.stat().st_mtime > built for path in (files.mesh, files.pigment)):
+    # Time at which the executable was built. Without it all files count as outdated, and calling it raises the error.
+    built_at = tool.stat().st_mtime if tool.exists() else math.inf
+    if all(path.exists() and path.stat().st_mtime > built_at for path in (files.mesh, files.pigment)):
         return files
     folder.mkdir(parents=True, exist_ok=True)
     sunbeam("snake", "-o", files.mesh, "--resolution", f"{resolution:g}", "--pigment", files.pigment, tool=tool)

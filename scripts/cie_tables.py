@@ -38,7 +38,7 @@ pub(super) static D65: [f64; {count}] = [
 
 
 def read_columns(path: str) -> dict[int, list[str]]:
-    """Columns of a CSV file after the first, by the wavelength in nm in the first, as literals of Rust."""
+    """Values of a CSV file without titles, as literals of Rust, by the wavelength in nm in its first column."""
     with open(path, newline="") as file:
         return {int(row[0]): [repr(float(value)) for value in row[1:]] for row in csv.reader(file)}
 

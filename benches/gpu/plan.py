@@ -18,7 +18,7 @@ class Plan:
     backend: str
     # Value of the option `--adapter` of `sunbeam` for the card's pictures: `any`, which prefers a GPU, or `software`.
     adapter: str
-    # Whether the card's pictures are drawn; otherwise they are in the folder.
+    # Whether the card's pictures are drawn; otherwise they lie in the folder `--pictures`, from another machine.
     draws: bool
     # Number of questions (questions.py) to each BSDF: sets of arguments for which it is called.
     questions: int
@@ -28,7 +28,8 @@ class Plan:
     surfaces: tuple[str, ...]
     # Names of the surfaces whose samples are tested (samples.py).
     sampled: tuple[str, ...]
-    # Ends of the names of the checked variants, such as `rgb`. The parts `agree-*` (parts.py) have their own.
+    # Ends of the names of the variants that are checked and timed, such as `rgb`. The parts `agree-*` (parts.py) have
+    # their own.
     kinds: tuple[str, ...]
     # Names of the parameters by which derivatives are taken.
     derivatives: tuple[str, ...]

@@ -1,9 +1,9 @@
 //! Ownership of the variables that tracing creates.
 //!
-//! Dr.Jit counts references to variables and identifies a variable by a `u32` index; 0 stands for no variable.
-//! Evaluators copy handles freely, so a handle owns nothing. A [`Scope`] owns one reference to each variable created
-//! while it is open, and releases all of them at its end. [`Owned`] is a reference that outlives the scope. A thread
-//! has at most one open scope.
+//! Dr.Jit counts references to variables and identifies a variable by a `u32` index; 0 stands for no variable. A
+//! *handle* is an index with the lifetime of its scope (`traced.rs`). Evaluators copy handles freely, so a handle owns
+//! nothing. A [`Scope`] owns one reference to each variable created while it is open, and releases all of them at its
+//! end. [`Owned`] is a reference that outlives the scope. A thread has at most one open scope.
 
 use super::jit;
 use std::cell::RefCell;
@@ -54,7 +54,7 @@ impl Drop for Owned {
 
 /// Data of an open scope.
 struct Open {
-    /// Number of a `JitBackend`: LLVM or CUDA.
+    /// Number of a Dr.Jit `JitBackend`: LLVM or CUDA.
     backend: u32,
     /// Indices of the variables whose references the scope owns, in the order of their creation.
     owned: Vec<u32>,
@@ -66,7 +66,7 @@ thread_local! {
     static OPEN: RefCell<Option<Open>> = const { RefCell::new(None) };
 }
 
-/// Runs `body` in a new scope for a backend (a `JitBackend`) and releases the scope's variables. Handles cannot leave
+/// Runs `body` in a new scope for a backend (number of a `JitBackend`) and releases its variables. Handles cannot leave
 /// the scope, because `R` cannot name its lifetime. A panic in `body` continues after the variables are released.
 ///
 /// # Errors
@@ -120,7 +120,7 @@ pub(crate) fn own(index: u32) -> u32 {
     })
 }
 
-/// Number of variables that the open scope owns.
+/// Number of variables that the open scope owns; 0 outside a scope.
 pub(crate) fn owned_count() -> usize {
     OPEN.with_borrow(|open| open.as_ref().map_or(0, |open| open.owned.len()))
 }

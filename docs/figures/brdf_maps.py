@@ -1,9 +1,10 @@
 """Part `brdf-maps` of the documentation (page.py): figures 2.2 to 2.13 of Single 2014, their errors and checks.
 
 FLSS, NMM, PQ and Stam are methods of `sunbeam brdf-map` (docs/realtime.md). A *sheet* is one picture file with several
-maps or drawings, its panels: `Sheet(name, columns, panels)`. A *skin* is the surface of a snake, of the species Elaphe
-or Xenopeltis, as a measured scan and as a procedural preset. A map that is `compared` gets its error against a
-reference map. `box` is the part of a map that an inset enlarges.
+maps or drawings, its panels: `Sheet(name, columns, panels)`. A map is `Panel(caption, surface, options, theta_i_deg)`,
+with the options that select a method. If it is `compared`, it gets its error against a reference map. `box` is the part
+of a map that an inset enlarges. A *skin* is the surface of a snake, of the species Elaphe or Xenopeltis, as a measured
+scan and as a procedural preset.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ PART = "brdf-maps"
 FIRST_ORDER = Box(x_min=-0.36, x_max=-0.10, y_min=-0.065, y_max=0.065)
 # Region of the map about the mirror direction at normal incidence.
 CENTRE = Box(x_min=-0.05, x_max=0.05, y_min=-0.05, y_max=0.05)
-# Steps between wavelengths of FLSS.
+# Steps between wavelengths of FLSS, for the sheets `steps-…` of figures 2.5 and 2.6.
 STEPS_NM = (1, 5, 10, 25, 50, 100)
 # Values of σs in figure 2.10, Single 2014's width of the coherence window. It can be read as the coherence length or as
 # the window's standard deviation, a quarter of the coherence length.
@@ -44,9 +45,8 @@ THETA_I_DEG = (0, 10, 20, 30)
 CUT_OUT_UM = {"blazed": 17.5, "elaphe": 6.5, "xenopeltis": 6.5}
 # Lengths of the scale bars of figure 2.2, from its caption.
 BAR_UM = {"blazed": 2.5, "elaphe": 3.27, "xenopeltis": 3.21}
-# Edge of the small tile of figure 2.9.
+# Edge of the small tile of figure 2.9, and number of its repeats along each axis.
 SMALL_UM = 3.25
-# Number of the small tile's repeats along each axis.
 SMALL_REPEATS = 20
 
 

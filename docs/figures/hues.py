@@ -2,7 +2,7 @@
 
 The documentation's part `renderings-methods` compares published methods by them. Pictures are linear sRGB with any
 exposure. Each is exposed by `shown`, so that statistics of different methods compare. Colours are CIELAB: lightness L*,
-and a* and b*, whose polar coordinates are hue and chroma.
+and a* and b*, whose polar coordinates are hue and chroma. Constants below are chosen.
 """
 
 from __future__ import annotations
@@ -94,9 +94,9 @@ def effective_hues(fractions: np.ndarray) -> float:
 def lit(pairs: np.ndarray) -> np.ndarray:
     """Mask of the lit pixels.
 
-    `pairs` (..., 8) is the array of `sunbeam render --pairs`. It has for each pixel the unit vectors to sun and camera
-    in the grating's frame, whose z axis is the normal; then 1 where lit, and the cosine of the sun's angle to the
-    normal.
+    `pairs` (..., 8) is the array of `sunbeam render --pairs`. For each pixel it has eight numbers: the unit vectors to
+    sun and camera in the grating's frame, whose z axis is the normal; then 1 where lit, and the cosine of the sun's
+    angle to the normal.
     """
     return pairs[..., 6] > 0
 

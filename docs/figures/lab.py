@@ -30,14 +30,14 @@ from mitsuba_scenes.tool import sunbeam
 
 from .page import images
 
-# Resolution of a measured picture: number of pixels along a length equal to the screen's distance. More pixels resolve
-# spots better and get fewer paths each.
+# Resolution of a measured picture: number of pixels along a length equal to the screen's distance. Chosen: more pixels
+# resolve spots better and get fewer paths each.
 MEASURED_PIXELS = 400.0
 # Height of a measured picture, as a fraction of the screen's distance. Spots lie in its middle row.
 MEASURED_HEIGHT = 0.1
-# Number of paths of a measured picture.
+# Numbers of paths of a measured picture and of a picture for the page. Chosen: more paths lower the noise and take
+# longer.
 MEASURED_PATHS = 500_000
-# Number of paths of a picture for the page.
 PICTURE_PATHS = 3_000_000
 # Wavelengths of the measured spots.
 WAVELENGTHS_NM = (450.0, 550.0, 650.0)
@@ -47,13 +47,13 @@ MARK_COLOURS = {450.0: (90, 120, 255), 550.0: (80, 230, 80), 650.0: (255, 80, 70
 LOBE_PER_UM = 1 / (2 * math.sqrt(2) * math.pi * 65 / 4)
 # Edge of a scan, which the page states. Its finite size widens the orders further.
 SCAN_UM = 6.5
-# Standard deviation in cycles per µm of the window about a scan's spot. A narrower window would weight only part of the
-# blurred order; a wider one would include neighbouring orders.
+# Standard deviation in cycles per µm of the window about a scan's spot. Chosen: a narrower window would weight only
+# part of the blurred order; a wider one would include neighbouring orders.
 SCAN_LOBE_PER_UM = 0.05
-# Fraction of the lit pixels that the exposure clips in pictures of skins. A larger one shows weaker light.
+# Fraction of the lit pixels that the exposure clips in pictures of skins. Chosen: a larger one shows weaker light.
 CLIPPED = 0.01
-# Fraction of the lit pixels that the exposure clips in pictures of sharp spots. With a smaller one the spots, which are
-# few pixels wide, would be hard to see.
+# Fraction of the lit pixels that the exposure clips in pictures of sharp spots. Chosen: with a smaller one the spots,
+# which are few pixels wide, would be hard to see.
 CLIPPED_SPOTS = 0.2
 # Start and end of the marks above and below the spots, in pixels from the picture's middle row.
 MARKS_PIXELS = (14, 22)

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 
 # Target duration of a batch, equal to that of `sunbeam_mitsuba.sweep.drive`.
 BATCH_SECONDS = 1.0
-# Target duration of a batch per thread of the cluster, if their product is larger; equal to that of `drive`.
+# Target duration of a batch for each thread of the cluster, where this exceeds BATCH_SECONDS; equal to that of `drive`.
 BATCH_SECONDS_PER_THREAD = 0.01
 # Largest number of cases in a batch, equal to that of `drive`.
 BATCH_CASES_MAX = 500
-# Fraction of the time in use above which a server counts as the limit of the sweep. Requests then mostly wait.
+# Fraction of the time in use above which a server counts as the limit of the sweep. Chosen: requests then mostly wait.
 BUSY = 0.8
 
 

@@ -31,8 +31,8 @@ from .quadrature import Quadrature
 # Realtime methods (docs/realtime.md). Those of Dhillon et al. 2014: FLSS sums over uniform wavelengths, NMM only over
 # the wavelengths of diffraction orders, PQ over a finite number of tiles. Then Stam's shader, and the colour table.
 METHODS = ("flss", "nmm", "pq", "stam", "table")
-# Rays along each side of a pixel. With fewer, the patch model's speckle, random bright and dark dots, would hide the
-# methods' differences.
+# Rays along each side of a pixel. Chosen: with fewer, the patch model's speckle, random bright and dark dots, would
+# hide the methods' differences.
 SUPERSAMPLE = 4
 # Name of the plugin's ensemble along the rays of the realtime renderer, without energy conservation.
 SAME_RAYS = "ensemble, same rays"
@@ -61,6 +61,7 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
     """
 
     def exr(name: str) -> Path:
+        """File of a picture in the folder."""
         return folder / f"methods-{case.name}-{name.replace(', ', '-').replace(' ', '-')}.exr"
 
     reports = {}

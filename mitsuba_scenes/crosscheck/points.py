@@ -23,11 +23,11 @@ from .quadrature import Quadrature
 
 # Number of wavelengths that Mitsuba's spectral variants evaluate at once.
 WAVELENGTHS_PER_CALL = 4
-# Largest angle between the normals of neighbouring pixels on one scale of the snake's skin; across a scale's rim it is
-# larger.
+# Largest angle between the normals of neighbouring pixels on one scale of the snake's skin. Chosen: across a scale's
+# rim it is larger.
 SMOOTH_ANGLE_DEG = 12.0
-# Largest relative difference between the distances to the camera of neighbouring pixels on one scale. It corresponds to
-# about a tenth of the body's width.
+# Largest relative difference between the distances to the camera of neighbouring pixels on one scale. Chosen: about a
+# tenth of the body's width.
 SMOOTH_DISTANCE = 0.02
 
 
@@ -87,7 +87,7 @@ def trace_points(scene: mi.Scene, light: Light, view: View) -> Points:
 
 
 def _trace(scene: mi.Scene, light: Light, film_point: mi.Point2f) -> _Hits:
-    """Traces rays through points of the film, in [0, 1]² from its top left corner, and from there to the sun."""
+    """Traces rays through points of the film, in [0, 1]² from its top left corner, and from their hits to the sun."""
     # Time, sample of the wavelength, position on the film, sample of the aperture.
     ray, _ = scene.sensors()[0].sample_ray(0.0, 0.5, film_point, mi.Point2f(0.5))
     si = scene.ray_intersect(ray)
@@ -183,6 +183,7 @@ def mirrored(at: Points, rotation_deg: float) -> Points:
     x_axis = np.array([math.cos(angle), math.sin(angle), 0.0])
 
     def reflected(directions: np.ndarray) -> np.ndarray:
+        """Unit vectors (height, width, 3) with the sign of their component along the relief's x axis changed."""
         return (directions - 2 * (directions @ x_axis)[..., None] * x_axis).astype(directions.dtype)
 
     return replace(at, to_camera=reflected(at.to_camera), to_sun=reflected(at.to_sun))

@@ -53,10 +53,10 @@ _BOTTOM_FIRST = ("sdf", "x3p", "xyz")
 _EITHER_FIRST = ("nc",)
 # Relative difference above which the given pixel size contradicts the file's, as in the native readers.
 _PIXEL_SIZE_RTOL = 1e-6
-# Largest accepted pixel and range of heights in µm, as in the native readers. A larger length is probably in a wrong
-# unit.
+# Largest accepted pixel and range of heights in µm, as in the native readers. Chosen: a larger length is probably in a
+# wrong unit.
 _LARGEST_UM = 1e3
-# Largest number of characters of SurfaceTopography's messages that are shown, so that a message stays readable.
+# Largest number of characters of SurfaceTopography's messages that are shown. Chosen so that a message stays readable.
 _MESSAGE_MAX = 160
 
 

@@ -40,9 +40,10 @@ pub enum ColourError {
 }
 
 /// Smallest accepted sum of a channel's weights before scaling, as a fraction of the largest channel's sum. On a grid
-/// that covers the visible range the sums are about equal. Smaller values accept grids whose colours are far off.
+/// that covers the visible range the sums are about equal. Chosen: smaller values accept grids whose colours are far
+/// off.
 const WHITE_MIN: f64 = 0.05;
-/// Largest number of wavelengths of [`SpectralToRgb::visible`]; their weights take 24 MiB.
+/// Largest number of wavelengths of [`SpectralToRgb::visible`], chosen to bound the memory: the weights take 24 MiB.
 const COUNT_MAX: usize = 1 << 20;
 
 /// Weights that turn samples of a reflectance `f(λ_i)`, lit by D65 and seen by the CIE 1931 2° observer, into linear
@@ -61,7 +62,9 @@ const COUNT_MAX: usize = 1 << 20;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectralToRgb {
+    /// First wavelength.
     first_nm: f64,
+    /// Step between wavelengths.
     step_nm: f64,
     /// `[i][channel]` at the wavelength `first_nm + i·step_nm`.
     weights: Vec<[f64; 3]>,

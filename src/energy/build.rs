@@ -31,7 +31,7 @@ use crate::scattering::Vec3;
 use crate::table::{Progress, Steps, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 
-/// Number of cells along each side of the finest grid.
+/// Number of cells along each side of the finest grid, chosen with [`RESOLUTIONS`].
 const FINEST_CELLS: u32 = 48;
 /// Sizes of tables: the largest number of quadrature nodes of a typical integral ([`AlbedoIntegral::typical_nodes`]),
 /// then the numbers of cells along each side and of planes. A table takes the first row whose largest number is not
@@ -101,9 +101,9 @@ pub(super) struct Builder<'a, const K: usize> {
     group: &'a (dyn Fn(f64) -> Group<K> + Sync),
     /// Number of groups: odd, so that every other group belongs to the coarse grid.
     groups: usize,
-    /// [`AlbedoIntegral::is_mirrored`].
+    /// Whether the relief varies along x alone, so that directions mirrored at the x axis have equal albedos.
     is_mirrored: bool,
-    /// [`AlbedoIntegral::ridge_cosines`].
+    /// Values of cosθo of orders on ridges ([`AlbedoIntegral::ridge_cosines`]); empty without ridges.
     ridge_cosines: Vec<f64>,
 }
 
@@ -137,7 +137,8 @@ impl<'a, const K: usize> Builder<'a, K> {
     pub(super) fn build(&self, grid: Grid, progress: &Progress) -> Option<Nodes<K>> {
         let coarse_grid = Grid { cells: grid.cells / COARSE_STRIDE as u32 };
         let coarse_groups = self.groups / COARSE_STRIDE + 1;
-        // Coarse nodes are integrated twice, for a and for t. The table's nodes and the cells follow.
+        // Steps are nodes and cells that are integrated: coarse nodes twice, for a and for t, then the table's nodes,
+        // then the cells.
         let cells = self.gaps() * self.integrated_rows(grid) * grid.cells as usize;
         let steps = progress.of_steps(
             2 * coarse_groups * self.integrated_nodes(coarse_grid) + self.groups * self.integrated_nodes(grid) + cells,
@@ -232,8 +233,9 @@ impl<'a, const K: usize> Builder<'a, K> {
                 parts.push((wo, part));
             });
         }
-        let mut t = albedo.map(|albedo| Lanes::total(albedo).max(1.0));
-        let Some(b) = b.filter(|_| t.iter().any(|t| *t > 1.0 + NEGLIGIBLE)) else { return t };
+        // max(1, a) is the first upper bound of t.
+        let first_t = albedo.map(|albedo| Lanes::total(albedo).max(1.0));
+        let Some(b) = b.filter(|_| first_t.iter().any(|t| *t > 1.0 + NEGLIGIBLE)) else { return first_t };
         // Parts of a, and these parts divided by b(wo) = 1 + excess.
         let divided: Vec<_> = parts
             .into_iter()
@@ -242,22 +244,7 @@ impl<'a, const K: usize> Builder<'a, K> {
                 (part, std::array::from_fn::<Real4, K, _>(|k| part[k] / (Real4::lit(1.0) + excess[k])))
             })
             .collect();
-        for _ in 0..ITERATIONS {
-            // Replaces t by I(t), the integral in its definition. The first t, max(1, a), fulfils the condition
-            // I(t) ≤ t, and I does not decrease with t, unless parts are negative. So I(I(t)) ≤ I(t): the new t
-            // fulfils it, too.
-            t = std::array::from_fn(|k| {
-                let (zero, t) = (Real4::lit(0.0), Real4::lit(t[k]));
-                let sum = divided.iter().fold(zero, |sum, (part, divided)| {
-                    // part·min(1, t/b): the smaller of `part` and `scaled`, or the larger of two negative ones. Parts
-                    // of a band may be negative.
-                    let (part, scaled) = (part[k], t * divided[k]);
-                    sum + Number::select(zero.lt(part), Number::min(part, scaled), Number::max(part, scaled))
-                });
-                Lanes::total(sum).max(1.0)
-            });
-        }
-        t
+        lowered(first_t, &divided)
     }
 
     /// Tabulated value `(A − 1)·cos²θ` that `t` requires in a direction wi at `radius` of the grid. The excess is
@@ -283,6 +270,29 @@ impl<'a, const K: usize> Builder<'a, K> {
             }
         })
     }
+}
+
+/// Lowers `first_t`, the upper bound max(1, a) of `t` in each plane, towards `t`. `parts` are pairs: a part of the
+/// integral a, and this part divided by b(wo).
+///
+/// Each iteration replaces t by the larger of 1 and I(t), the integral in its definition. The first t fulfils the
+/// condition I(t) ≤ t, and I does not decrease with t, unless parts are negative. So I(I(t)) ≤ I(t): the new t fulfils
+/// it, too.
+fn lowered<const K: usize>(first_t: [f64; K], parts: &[([Real4; K], [Real4; K])]) -> [f64; K] {
+    let mut t = first_t;
+    for _ in 0..ITERATIONS {
+        t = std::array::from_fn(|k| {
+            let (zero, t) = (Real4::lit(0.0), Real4::lit(t[k]));
+            let sum = parts.iter().fold(zero, |sum, (part, divided)| {
+                // part·min(1, t/b): the smaller of `part` and `scaled`, or the larger of two negative ones. Parts of a
+                // band may be negative.
+                let (part, scaled) = (part[k], t * divided[k]);
+                sum + Number::select(zero.lt(part), Number::min(part, scaled), Number::max(part, scaled))
+            });
+            Lanes::total(sum).max(1.0)
+        });
+    }
+    t
 }
 
 /// Half-sides of the box of a node at `position` in the grid, `[grid axis][x, y]` in direction cosines

@@ -35,7 +35,7 @@ use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::array;
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Wavelength in nm of the polarisation of order 0, in the middle of the visible range.
+/// Wavelength in nm of the polarisation of order 0: 550 nm, in the middle of the visible range.
 const ORDER_ZERO_NM: f64 = 1e3 * TYPICAL_WAVELENGTH_UM;
 
 /// One order on the line of a pair of directions.
@@ -96,12 +96,14 @@ impl<N: Numbers> GratingColourLobe<N> {
             jones.matrix(channels, pair, nm, groove_cosine, active).map(|element| element * power)
         };
         self.sum_orders(from, to, active, polarised, |colour, active| {
+            // Order 0 at 550 nm; `periods` is d/λ.
             let nm = N::Real::lit(ORDER_ZERO_NM);
             let periods = N::Double::lit(1e3 * self.layout.period_um / ORDER_ZERO_NM);
             let [[in_x, in_y], [out_x, out_y]] = self.tangential([from, to]);
             let half = N::Double::lit(0.5);
             let view = self.view();
             let bounds = view.bounds(periods, (out_y - in_y) * half);
+            // Both directions are moved by half of the distance to the order, as in `sum_orders`.
             let channels = view.channels(&bounds, (out_x - in_x) * periods * half, active);
             let [(incident, is_incident), (outgoing, is_outgoing)] =
                 [from, to].map(|w| channels.of_order(N::Double::lit(0.0), view.is_below(w)));
@@ -135,7 +137,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         let weights_zero = self.spectral_weights(zero, tau, active);
         let colour_zero = self.order_zero([wi, wo], [x_difference * half, groove_cosine].map(N::narrow), active);
         let start = quantity_zero(array::from_fn(|c| weights_zero[c] * colour_zero[c]), active);
-        let range = [1e3 / WAVELENGTH_MAX_NM, 1e3 / WAVELENGTH_MIN_NM].map(real);
+        let [nu_min, nu_max] = [1e3 / WAVELENGTH_MAX_NM, 1e3 / WAVELENGTH_MIN_NM].map(real);
         let (_, sum) = N::while_loop(
             c"orders",
             (line.first, start),
@@ -143,11 +145,14 @@ impl<N: Numbers> GratingColourLobe<N> {
             |(n, sum)| {
                 let order = n * line.sign;
                 let (nu_m, gauss) = line.nearest(order);
-                let visible_nu = nu_m.clip(range[0], range[1]);
+                let visible_nu = nu_m.clip(nu_min, nu_max);
+                // d/λ.
                 let periods = N::widen(visible_nu * real(self.layout.period_um));
                 let m = N::widen(order);
-                let channels =
-                    view.channels(&view.bounds(periods, groove_cosine), (x_difference * periods - m) * half, active);
+                let bounds = view.bounds(periods, groove_cosine);
+                // Wave number along x of the moved incident wave, in units of 2π/d.
+                let a = (x_difference * periods - m) * half;
+                let channels = view.channels(&bounds, a, active);
                 let (incident, is_incident) = channels.of_order(N::Double::lit(0.0), from_below);
                 let (outgoing, is_outgoing) = channels.of_order(m, to_below);
                 // Order 0 is in the start value.
@@ -284,9 +289,9 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
         self.sum_orders(wi, wo, active, |order, _| order.colour, |colour, _| colour)
     }
 
-    /// Density of `draw` in 1/sr, twice as large at a body that transmits:
-    /// `wo.z · Σ_m (weight_m/total) · mean over P of ∫ ν² P(ν) K(νq − f_m) dν`. P are the `PROPOSED` Gaussians over
-    /// ν. ν² is the Jacobian from frequencies to direction cosines, and wo.z that to solid angles.
+    /// Density of `draw` in 1/sr: `wo.z · Σ_m (weight_m/total) · mean over P of ∫ ν² P(ν) K(νq − f_m) dν`. P are the
+    /// `PROPOSED` Gaussians over ν. ν² is the Jacobian from frequencies to direction cosines, and wo.z that to solid
+    /// angles. Twice as large at a body that transmits, and times n² in a medium of index n.
     #[inline(always)]
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
@@ -310,11 +315,11 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
                 let along_q = order * real(line.spacing) * line.direction[0];
                 // Its product with P, of mean µ and standard deviation s, integrates to a Gaussian in `along_q` about
                 // µρ with the variance `spread`. The mean of ν² over the product is `second_moment`.
-                let integrals = PROPOSED.iter().fold(zero, |integrals, &(mean, sigma)| {
-                    let spread = length_squared.fma(real(sigma * sigma), real(variance));
+                let integrals = PROPOSED.iter().fold(zero, |integrals, &(mean, s)| {
+                    let spread = length_squared.fma(real(s * s), real(variance));
                     let offset = along_q - line.length * real(mean);
-                    let centre = (along_q * line.length).fma(real(sigma * sigma), real(mean * variance)) / spread;
-                    let second_moment = centre.fma(centre, real(sigma * sigma * variance) / spread);
+                    let centre = (along_q * line.length).fma(real(s * s), real(mean * variance)) / spread;
+                    let second_moment = centre.fma(centre, real(s * s * variance) / spread);
                     let gaussian = (offset * offset / spread * real(-0.5 * LOG2_E)).exp2() / spread.sqrt();
                     integrals + gaussian * second_moment
                 });
@@ -354,9 +359,9 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
         let scaled = rest * real(PROPOSED.len() as f64);
         let selected = scaled.floor();
         let quantile = normal_quantile(scaled - selected);
-        let nu = PROPOSED.iter().enumerate().fold(one, |nu, (i, &(mean, sigma))| {
+        let nu = PROPOSED.iter().enumerate().fold(one, |nu, (i, &(mean, s))| {
             let is_selected = selected.le(real(i as f64 + 0.5)) & real(i as f64 - 0.5).lt(selected);
-            N::Real::select(is_selected, quantile.fma(real(sigma), real(mean)), nu)
+            N::Real::select(is_selected, quantile.fma(real(s), real(mean)), nu)
         });
         // Far quantiles of a Gaussian may be negative.
         let is_drawn = active & zero.lt(nu) & zero.lt(own);

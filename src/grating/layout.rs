@@ -16,8 +16,8 @@ use serde::{Deserialize, Serialize};
 /// Table data are words of 32 bits. The first `wavelengths · cells` words, `[wavelength][cell]`, are the offsets of the
 /// cells, counted in 16-bit halves of words from the beginning of the table. Cell `s` is
 /// `[node of p][node of q][incident order][entry]`, with `s + 1` incident orders and `s + 2` entries: the efficiencies
-/// of the `s + 1` outgoing orders, by order number, and their sum. An entry is a 16-bit integer in units of 1/40 000;
-/// two share a word, the lower half first.
+/// of the `s + 1` outgoing orders, by order number, and their sum. An entry is a 16-bit integer in units of 1/40 000
+/// (`efficiencies.rs`); two share a word, the lower half first.
 ///
 /// Tables of a film have channels in place of orders: orders above, then as many below. Tables of an interface have the
 /// cells and channels that [`InterfaceCells`] describes.

@@ -5,8 +5,8 @@ use crate::height_field::{HeightField, Preset};
 use ndarray::Axis;
 use sunbeam_rigorous::Profile;
 
-/// Exact profile of a grating preset; `None` for presets that are no gratings. A period or height that is not given has
-/// the preset's default.
+/// Exact profile of a grating preset; `None` for presets that are no gratings. A period or height (µm) that is `None`
+/// has the preset's default.
 ///
 /// # Errors
 /// A period or height that the solver refuses.

@@ -4,7 +4,7 @@
 //! enough, only every second node is solved, and the others follow by cubic interpolation.
 //!
 //! At a point (t, b), t is the bound of the propagating orders' wave numbers along x, and b their Bloch phase. Both are
-//! in units of 2π over the period d.
+//! in units of 2π over the period d. A *cell* has the incident waves at which a given number of orders propagate.
 
 use super::GratingError;
 use super::order_solver::OrderSolver;
@@ -21,13 +21,13 @@ pub(super) struct Spacing {
     pub solved_every: usize,
 }
 
-/// Steps in nm among which [`Spacing::choose`] selects: halvings down to the width of a metal's anomalies, its resonant
-/// peaks over wavelengths.
+/// Steps in nm among which [`Spacing::choose`] selects. Chosen as halvings down to the width of a metal's anomalies,
+/// its resonant peaks over wavelengths.
 pub(super) const STEPS_NM: [f64; 4] = [80.0, 40.0, 20.0, 10.0];
-/// Points at which the step is tested: `t` as a fraction of its largest value d/λ, and `b`. Both lie away from
+/// Points at which the step is tested: `t` as a fraction of its largest value d/λ, and `b`. Chosen away from
 /// symmetries. Light and the plane across the grooves form the angle arccos of the fraction: about 57° and 34°.
 const TEST_POINTS: [[f64; 2]; 2] = [[0.55, 0.23], [0.83, 0.41]];
-/// Wavelengths in nm at which the step is tested, across the range to which the eye is most sensitive.
+/// Wavelengths in nm at which the step is tested. Chosen across the range to which the eye is most sensitive.
 const TEST_NM: [f64; 4] = [430.0, 510.0, 590.0, 690.0];
 /// Weights of linear interpolation halfway between two nodes.
 const LINEAR: [f64; 2] = [0.5, 0.5];
@@ -96,7 +96,8 @@ fn interpolation_error(
     Ok((errors.iter().sum::<f64>() / errors.len() as f64).sqrt())
 }
 
-/// Number of cells that propagating waves reach at a wavelength in nm. Their indices s are at most `2t ≤ 2d/λ`.
+/// Number of cells that propagating waves reach at a wavelength in nm. A cell's index s, the number of its orders minus
+/// one, is at most `2t ≤ 2d/λ`.
 fn cell_count(period_um: f64, wavelength_nm: f64) -> usize {
     (2e3 * period_um / wavelength_nm) as usize + 1
 }

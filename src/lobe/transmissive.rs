@@ -6,7 +6,8 @@
 //! ```text
 //! f_s = factor · S(f; κ)/λ² / A
 //!
-//! factor   small-slope factor F and solid angle of the pair of directions (`TransparentPair::factor`)
+//! factor   small-slope factor F, times the ratio of d²Ko/n² to cosθo dωo, with Ko the outgoing tangential wave vector
+//!          over the wave number in vacuum (`TransparentPair::factor`)
 //! S(f; κ)  power spectrum in µm², at the frequency f in cycles/µm and the phase rate κ in rad/µm, of the relief
 //!          magnified n times in pattern and heights; n is the body's index
 //! A        the larger of 1 and the albedos of wi and wo; 1 without a table of albedos
@@ -49,8 +50,11 @@ pub struct TransmissiveColourLobe<N: Numbers> {
 
 /// Quantities of a pair of directions that all wavelengths share.
 pub(crate) struct BodyDirections<N: Numbers> {
+    /// Incident wave.
     wi: BodyWave<N>,
+    /// Outgoing wave.
     wo: BodyWave<N>,
+    /// Scattering vector and small-slope factor of the pair.
     pair: TransparentPair<N>,
     /// The incident direction and the side of wo, as samplers take them.
     passage: Passage<N>,

@@ -3,12 +3,13 @@
 // `TransmissiveColourLobe` in src/lobe/transmissive.rs, with the same arithmetic.
 //
 // Let A be the larger of 1 and the albedo for a direction at the angle θ from the normal and a wavelength. The albedo
-// of a film is the fraction of the light that it reflects or transmits. A colour channel takes the mean of A over its
-// band, its weights over wavelength, from A at three wavelengths.
+// of a film is the fraction of the light that it reflects or transmits. A colour channel takes the mean of A over
+// wavelength by the channel's weights, computed from A at three wavelengths.
 //
 // `albedos` holds (A - 1)·cos²θ on the grid of albedo_grid.wgsl, in planes of wavelength. It has four words for each
-// [side of the film][gap between planes][cell]. They are the corners of the lower y and of the upper y on the lower
-// plane, then those on the upper plane. Directions of the second side are those of the wave in the film's medium.
+// [side of the film][gap between planes][cell], with two corners of the cell in each word: those of the lower y and of
+// the upper y on the lower plane, then those on the upper plane. Directions of the second side are those of the wave in
+// the film's medium. table.wgsl declares the uniform struct `table`.
 
 // Place of a direction in the table, on the lowest gap. The first side is that of directions above the relief, the
 // second that of directions below.
@@ -23,7 +24,7 @@ fn place_at_body(w: vec3<f32>) -> GridPlace {
     return at;
 }
 
-// A - 1 at a place and a wavelength in nm.
+// A - 1 at a place and a wavelength in nm, linear between planes.
 fn excess(at: GridPlace, nm: f32) -> f32 {
     let last = f32(table.albedo_planes - 1u);
     let position = clamp((nm - table.albedo_min_nm) * table.albedo_planes_per_nm, 0.0, last);

@@ -179,8 +179,9 @@ fn is_query(q: [f32; 3]) -> bool {
     q[2] > 0.0 && q.iter().map(|c| c * c).sum::<f32>() <= SUM_SQUARED_MAX
 }
 
-/// The wavelength in µm; `None` outside 380 to 780 nm. The comparison is in nm, since single precision rounds both ends
-/// in µm.
+/// The wavelength in µm; `None` outside [`OBSERVER_RANGE_NM`]. The comparison is in nm, since single precision rounds
+/// both ends in µm.
 fn visible_um(wavelength_nm: f32) -> Option<f32> {
-    (380.0..=780.0).contains(&wavelength_nm).then_some(wavelength_nm * 1e-3)
+    let (min_nm, max_nm) = OBSERVER_RANGE_NM;
+    (min_nm..=max_nm).contains(&f64::from(wavelength_nm)).then_some(wavelength_nm * 1e-3)
 }

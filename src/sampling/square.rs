@@ -4,7 +4,8 @@
 //! f = (wi + wo)_xy/λ                    frequency, in cycles/µm
 //! κ = 2πk,  k = (cosθi + cosθo)/λ       phase rate κ in rad/µm; k in cycles/µm
 //! P_j(κ), f_j                           power and frequency of node j
-//! G(f; k) = (|f|² + k²)²/k²             λ²G = 4 O cosθi cosθo for Stam's factor O; 1 for other factors
+//! G(f; k) = (|f|² + k²)²/k²             for Stam's obliquity factor O, where λ²G = 4 O cosθi cosθo
+//! G = 1                                 for other obliquity factors
 //! M_jb = mean of P_j(κ)·G(f_j; κ/2π) over band b     mass of node j, for BANDS uniform bands of κ
 //! M_j  = (1 − t) M_jb + t M_j(b+1)      mass at a typical κ of the incidence, at the fraction t from the centre of
 //!                                       band b to that of band b + 1
@@ -20,7 +21,7 @@
 //!
 //! A sample is a node plus an offset along each axis. Where the Gaussian of a node is narrow, the offset is normal.
 //! Where it is wide, the Gaussian is approximated by a sum of tents at the nodes around. A tent has the density
-//! `1 − |t|` of the offset t in nodes, for t in [−1, 1]. Masses are convolved with the tents' weights beforehand, so a
+//! `1 − |x|` of the offset x in nodes, for x in [−1, 1]. Masses are convolved with the tents' weights beforehand, so a
 //! sample draws a node and the offset of one tent.
 //!
 //! In the evaluator, masses are whole *counts* times a unit of mass per band (`summed_area`). Results are zero where
@@ -41,7 +42,7 @@ use std::f64::consts::{LOG2_E, TAU};
 ///
 /// Below it a density reads up to [`TAPS_MAX`] nodes along an axis for the Gaussian itself; with tents it reads two.
 /// The relative variance of sample weights that tents add along an axis is 8 % at this width and below 1 % from 0.9 on.
-/// Smaller values save reads; larger ones reduce the variance.
+/// Chosen: smaller values save reads; larger ones reduce the variance.
 const TENTS_FROM_SIGMA: f64 = 0.35;
 /// Largest number of nodes along an axis that a density reads: two to either side, for the widest Gaussian that is not
 /// approximated by tents.
@@ -134,8 +135,8 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> 
 /// Means of `P·G` over each band of κ, for every node that is stored, given by its numbers `[jx, jy]`. Zeros for
 /// frequencies that the pixels do not resolve.
 ///
-/// A node of frequency `f` propagates only for `κ ≤ √(κ_max² − (2π|f|)²)`. A mean is over these κ. A band without any
-/// repeats the mean of the band below. Where that is zero or missing, it takes its first quadrature point.
+/// A node of frequency `f` propagates only for `κ ≤ √(κ_max² − (2π|f|)²)`. A mean is over these κ. A band without such
+/// κ repeats the mean of the band below. Where that mean is zero or missing, the band takes its first quadrature point.
 fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f32; BANDS])> {
     let nodes = table.kept_nodes();
     let band_width = table.kappa_max() / BANDS as f64;
@@ -215,7 +216,7 @@ struct Incidence<N: Numbers> {
 }
 
 impl<N: Numbers> SquareView<N> {
-    /// See [`super::SamplerView::density`].
+    /// Density of [`Self::draw`] over the plane of tangential wave vectors, as in [`super::SamplerView::density`].
     #[inline(always)]
     pub(super) fn density(
         &self,
@@ -247,7 +248,8 @@ impl<N: Numbers> SquareView<N> {
         N::Real::select(has_mass, density, lit(0.0))
     }
 
-    /// See [`super::SamplerView::draw`].
+    /// Draws the tangential part of an outgoing wave vector from two random numbers, as in
+    /// [`super::SamplerView::draw`]. The returned mask is false where nothing is drawn.
     #[inline(always)]
     pub(super) fn draw(
         &self,
@@ -275,9 +277,9 @@ impl<N: Numbers> SquareView<N> {
                 Some(sigma) => normal_quantile(drawn.u[i]) * lit(sigma),
                 None => tent_quantile(drawn.u[i]),
             };
-            let number = N::widen(N::real(drawn.node[i])) - N::Double::lit(f64::from(axis.origin));
-            // The sampled frequency in cycles/nm.
-            let f = (number + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
+            // Position in nodes from frequency 0, and the sampled frequency in cycles/nm.
+            let position = N::widen(N::real(drawn.node[i])) - N::Double::lit(f64::from(axis.origin));
+            let f = (position + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
             N::narrow(f.fma(nm, -N::widen(passage.tangential[i])))
         });
         (outgoing, has_mass)
@@ -289,22 +291,23 @@ impl<N: Numbers> SquareView<N> {
         SummedAreaView { layout: self.layout.areas, words: self.words }
     }
 
-    /// Prepares the square about the incident tangential vector, widened by the largest offset, and the two bands of an
-    /// incidence.
+    /// Prepares the square about the incident tangential vector, and the two bands of κ of an incidence.
     #[inline(always)]
     fn incidence(&self, passage: &Passage<N>, reading: &Reading<N>, active: N::Mask) -> Incidence<N> {
         let lit = N::Real::lit;
         let wavenumber = lit(1e3) / reading.wavelength_nm;
-        // Position in nodes of the square's edge at the outgoing direction cosine ±reach; `side` is −1 or 1.
+        // Position in nodes of the square's edge: at the outgoing direction cosine ±`passage.reach`, widened by the
+        // largest offset `axis.reach`. `side` is −1 or 1.
         let edge = |i: usize, side: f64| {
             let axis = &self.layout.axes[i];
             let cosine = passage.reach.fma(lit(side), passage.tangential[i]);
             (cosine * wavenumber).fma(lit(axis.period_um), lit(f64::from(axis.origin) + side * axis.reach))
         };
         let rectangle = self.areas().rectangle([0, 1].map(|i| edge(i, -1.0)), [0, 1].map(|i| edge(i, 1.0)));
-        // κ at the typical outgoing cosine, TYPICAL_COS_GRAZING + TYPICAL_COS_SLOPE·cosθi.
-        let estimated = || passage.normal.fma(lit(1.0 + TYPICAL_COS_SLOPE), lit(TYPICAL_COS_GRAZING));
-        let w = passage.typical_normal.unwrap_or_else(estimated);
+        // w = cosθi + cosθo at the typical outgoing cosine, TYPICAL_COS_GRAZING + TYPICAL_COS_SLOPE·cosθi.
+        let estimated_w = || passage.normal.fma(lit(1.0 + TYPICAL_COS_SLOPE), lit(TYPICAL_COS_GRAZING));
+        let w = passage.typical_normal.unwrap_or_else(estimated_w);
+        // The wavelength for κ differs from that for frequencies where heights are resized.
         let kappa = w * lit(TAU * 1e3) / reading.for_kappa_nm();
         // Position in bands, counted from the centre of the first.
         let position = kappa.fma(lit(self.layout.bands_per_kappa), lit(-0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));

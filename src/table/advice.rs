@@ -5,14 +5,14 @@
 
 use super::estimate::{BUILD_LIMIT, BuildDemand, Estimate};
 
-/// Range of heights in µm from which on the advice asks whether the given heights are in nm. Reliefs that diffract are
-/// much shallower. Larger values miss mistakes; smaller ones ask about reliefs that are merely deep.
+/// Peak-to-valley height in µm from which on the advice asks whether the given heights are in nm. Chosen: reliefs that
+/// diffract are much shallower. Larger values miss mistakes; smaller ones ask about reliefs that are merely deep.
 const DEEP_UM: f64 = 10.0;
 /// Relative errors of the tables (`tolerance`) that may be advised, ascending.
 const TOLERANCES: [f64; 5] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
 /// Coherence lengths in µm that may be advised, descending: round numbers and the default, 65.
 const COHERENCE_LENGTHS_UM: [f64; 10] = [3e4, 1e4, 3e3, 1e3, 300.0, 100.0, 65.0, 30.0, 10.0, 3.0];
-/// Smallest number of pixels along the longer side that may be advised. Fewer pixels rarely represent a relief.
+/// Smallest number of pixels along the longer side that may be advised. Chosen: fewer pixels rarely represent a relief.
 const PIXELS_MIN: usize = 64;
 
 impl BuildDemand {

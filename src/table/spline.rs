@@ -12,19 +12,19 @@
 /// by this factor per knot.
 pub(crate) const POLE: f64 = -0.267_949_192_431_122_7;
 
-/// Replaces uniformly spaced `values` by the coefficients of the cubic B-spline through them. Before the first knot its
-/// value continues; after the last knot the result u of the forward filter continues.
+/// Replaces uniformly spaced `values` by the coefficients of the cubic B-spline through them. The filters start as if
+/// the first value continued before the first knot, and the last u after the last knot.
 pub(super) fn prefilter(values: &mut [f64]) {
     let n = values.len();
     if n < 2 {
         return;
     }
-    // For a constant s, u is s/(1 − p).
+    // Forward filter. For a constant s, u is s/(1 − p).
     values[0] /= 1.0 - POLE;
     for i in 1..n {
         values[i] += POLE * values[i - 1];
     }
-    // For a constant u, b is −p·u/(1 − p).
+    // Backward filter. For a constant u, b is −p·u/(1 − p).
     values[n - 1] *= -POLE / (1.0 - POLE);
     for i in (0..n - 1).rev() {
         values[i] = POLE * (values[i + 1] - values[i]);

@@ -15,15 +15,15 @@ use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Fraction of the heights' variance at or below which a peak is attributed to rounding. Larger values miss weak
-/// periods; smaller ones mistake rounding for periods.
+/// Fraction of the heights' variance at or below which a peak is attributed to rounding. Chosen: larger values miss
+/// weak periods; smaller ones mistake rounding for periods.
 const POWER_FRACTION_MIN: f64 = 1e-9;
 /// Smallest axis bin that is smoothed and refined by its neighbours. Neighbours of lower bins hold other waves: bin 1
 /// the tilt of the relief, bins 2 and 3 harmonics.
 const REFINED_MIN: usize = 3;
 /// Half width of the band of frequencies that counts for a period's power and direction, as a fraction of its
-/// frequency; see [`Period::power_share`]. Larger values include more of an irregular pattern; smaller ones exclude
-/// other patterns.
+/// frequency; see [`Period::power_share`]. Chosen: larger values include more of an irregular pattern; smaller ones
+/// exclude other patterns.
 const BAND: f64 = 0.1;
 
 /// Dominant period along one axis.

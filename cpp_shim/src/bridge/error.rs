@@ -11,6 +11,7 @@ pub(super) enum PluginError {
     /// Parameters that the configuration refuses, or a failed build.
     #[error(transparent)]
     Build(#[from] BuildError),
+    /// Another version of Mitsuba than that of the build.
     #[error(
         "the diffraction plugin was compiled for Mitsuba {compiled}, but is being loaded into {running}; their memory \
          layouts differ, so it would render garbage. Install mitsuba=={compiled}, or rebuild with `make plugin`"
@@ -31,10 +32,13 @@ pub(super) enum PluginError {
     /// Values of a texture of sizes beyond the accepted range.
     #[error("parameter {parameter:?} has values from {low} to {high} in its texture; they must lie in (0, 1]")]
     TextureSize { parameter: &'static str, low: f32, high: f32 },
+    /// A call for Mueller matrices of a surface without Jones matrices.
     #[error("the surface has no Jones matrices: it is not rigorous, or was built for an unpolarised variant")]
     NoMatrix,
+    /// An error of Dr.Jit while it records a kernel.
     #[error(transparent)]
     Trace(#[from] TraceError),
+    /// A caught panic, a defect of the library.
     #[error(transparent)]
     Panic(#[from] Panic),
 }

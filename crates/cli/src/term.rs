@@ -13,8 +13,8 @@ use sunbeam::transform::{Series, TermTransform};
 /// Extensions of the files that can hold a term.
 const EXTENSIONS: [&str; 2] = ["png", "npy"];
 
-/// Number of powers of ten between white, the largest magnitude, and black. With fewer, weak orders of real reliefs are
-/// black; with more, all orders are bright.
+/// Number of powers of ten between white, the largest magnitude, and black. Chosen: with fewer, weak orders of real
+/// reliefs are black; with more, all orders are bright.
 const DECADES: f64 = 5.0;
 
 /// The magnitudes `|DFT((h/H)ⁿ)|` of all orders, in \[0, 1\].

@@ -50,7 +50,9 @@ pub struct Frame {
     pub refines: bool,
     /// Whether no finer picture follows.
     pub is_finest: bool,
+    /// Scene to draw.
     scene: Rc<Scene>,
+    /// Method to draw with.
     shader: Rc<Shader>,
     /// The job's view with the rays per pixel of the level.
     view: View,
@@ -87,6 +89,7 @@ pub struct Progressive {
     draft: Option<Rc<Scene>>,
     /// The method.
     shader: Option<Rc<Shader>>,
+    /// The job.
     job: Option<Job>,
     /// The finest picture of the job so far.
     latest: Option<(Arc<Target>, Level)>,

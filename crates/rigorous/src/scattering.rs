@@ -1,11 +1,21 @@
 //! Amplitudes between all orders on both sides of a relief in a lossless dielectric.
 //!
-//! Symbols and equations are those of `lib.rs`. A *flux* is the derivative of a field along the normal, times the speed
-//! |dr/dτ| of the curve (`air.rs`). The *continuation* is that of amplitudes in ky², as analytic functions, to ky² < 0
-//! ([`Air::solve`]).
+//! Symbols and equations are those of `lib.rs`, among them:
 //!
-//! In the lower medium an incident wave of order m varies as e^{iαm·x + iβm·z}, an outgoing one as e^{iαm·x − iβm·z},
-//! with `βm = √(κm² − αm²)`.
+//! | symbol | meaning |
+//! | --- | --- |
+//! | d, k | period, and wave number in vacuum |
+//! | n | index of the lower medium, real |
+//! | κ² = k² − ky², κm² = n²k² − ky² | squared wave number in the xz plane, in the air and in the medium |
+//! | t = κd/2π, tm = κm·d/2π | bounds of \|b + m\| for orders m that propagate in the air and in the medium |
+//! | b | Bloch phase in turns |
+//! | αm, βm | wave numbers of order m along x and z; β in the medium is √(κm² − αm²), with κm for κ |
+//! | W | response of the medium: the matrix from a field on the curve to its derivative along the normal |
+//!
+//! A *flux* is the derivative of a field along the normal, times the speed |dr/dτ| of the curve (`air.rs`). The
+//! *continuation* is that of amplitudes in ky², as analytic functions, to ky² < 0 ([`Air::solve`]).
+//!
+//! In the lower medium an incident wave of order m varies as e^{iαm·x + iβm·z}, an outgoing one as e^{iαm·x − iβm·z}.
 //!
 //! The power of a wave is βm/κ² in the air, for Ey and for Hy of amplitude 1. In the medium it is n²·βm/κm² for Ey and
 //! βm/κm² for Hy.
@@ -54,8 +64,9 @@ impl Channel {
 
 /// Amplitudes between all propagating orders on both sides of one grating, at one (t, b) and wavelength.
 ///
-/// Polarisation states and the weights of powers are those of [`Amplitudes`](crate::Amplitudes). Light incident in
-/// order m comes, on either side, from the mirror direction of order m.
+/// Polarisation states are those of [`Amplitudes`](crate::Amplitudes). The squared magnitude of an amplitude is a
+/// fraction of the incident power. Light incident in order m comes, on either side, from the mirror direction of order
+/// m.
 ///
 /// ```
 /// use sunbeam_rigorous::{Channel, Discretisation, Profile, Resolution};
@@ -84,8 +95,8 @@ pub struct Scattering {
     jones: Vec<Jones>,
 }
 
-/// A lossless dielectric below a profile at one (tm, b), for any wavelength: its response and its waves at the coarse
-/// nodes. It suits any index and wavelength with this `tm = κm·d/2π`.
+/// A lossless dielectric below a profile at one (tm, b), for any index and wavelength with this `tm = κm·d/2π`: its
+/// response and its waves at the nodes of the profile.
 ///
 /// ```
 /// use sunbeam_rigorous::{Channel, Discretisation, Profile, Resolution};

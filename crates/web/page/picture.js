@@ -14,13 +14,13 @@ import { orderPicture } from "./view.js";
 import { rounded, showMessage, showStatus } from "./words.js";
 
 /**
- * Time in ms after which an unfinished picture is reported in the status line. During a drag the line stays as it is:
- * laying out its text takes a tenth of the time of a draft.
+ * Time in ms after which an unfinished picture is reported in the status line. Chosen longer than between two pictures
+ * of a drag, so that the line stays as it is then: laying out its text takes a tenth of the time of a draft.
  */
 const STATUS_DELAY_MS = 100;
 /**
- * Largest time in ms between two losses of the device that are not by chance. After the second, the visitor is asked
- * before the device is opened again.
+ * Largest time in ms between two losses of the device that are not by chance, chosen. After the second, the visitor is
+ * asked before the device is opened again.
  */
 const LOSS_MS = 10000;
 
@@ -32,11 +32,12 @@ export function handleArtistEvent(event) {
   if (event.type === "lost") return handleLoss(event.message);
   // An order of a picture that the worker could not handle gives an "error" (answering.js).
   if (event.type === "failed" || event.type === "error") return showMessage(event.message);
-  // The performance marks are for measurements.
-  if (!page.drawn) performance.mark("first-picture");
+  // The time of the first picture of complete data (state.js).
   if (page.good && !page.making) page.good.at ??= performance.now();
-  page.drawn = event;
+  // Performance marks are for measurements.
+  if (!page.drawn) performance.mark("first-picture");
   if (event.finest) performance.mark("finest-picture");
+  page.drawn = event;
   clearTimeout(statusTimer);
   if (event.finest) showStatus();
   else statusTimer = setTimeout(showStatus, STATUS_DELAY_MS);
@@ -53,10 +54,10 @@ function newCanvas() {
   return canvas;
 }
 
-/** Time in ms of the last loss of the device. */
+/** Time in ms (`performance.now`) of the last loss of the device. */
 let lastLoss = -Infinity;
 
-/** Opens the device again after its loss. Asks the visitor first if it was lost before within LOSS_MS. */
+/** Reports the loss of the device, and opens it again. Asks the visitor first if it was lost before within LOSS_MS. */
 async function handleLoss(message) {
   page.adapter = null;
   const repeated = performance.now() - lastLoss < LOSS_MS;

@@ -65,14 +65,15 @@ pub fn xml(settings: &Settings, size: (u32, u32)) -> String {
     };
     scene_comment(settings, &mut line);
     line("<scene version=\"3.0.0\">");
-    // Paths of two segments: light is reflected once, as in the page's picture. The ground behind a film is seen by
-    // paths of three.
+    // Paths of two segments, from camera to surface to sun, as in the page's picture. The ground behind a film is seen
+    // by paths of three.
     let max_depth = if settings.surface.body().is_some() { 3 } else { 2 };
     line(&format!("    <integrator type=\"path\"><integer name=\"max_depth\" value=\"{max_depth}\"/></integrator>"));
     scene_camera(settings, size, &mut line);
     scene_shape(settings, &mut line);
     if settings.ground {
-        // Mitsuba's rectangle has a side of 2. Its scale is half the side of the ground in cm.
+        // Mitsuba's rectangle has a side of 2. Its scale is half the side of the ground in cm
+        // (POINT_GROUND_HALF_SIDE_CM of point.wgsl).
         line("    <shape type=\"rectangle\">");
         line("        <transform name=\"to_world\"><scale value=\"200\"/></transform>");
         line("        <bsdf type=\"diffuse\">");

@@ -52,11 +52,15 @@ struct Shared {
 /// Orders posted since the thread last read them; `None` for no order.
 #[derive(Default)]
 struct Pending {
+    /// Mesh and its pigment.
     scene: Option<(Mesh, PigmentTexture)>,
+    /// Method to draw with.
     method: Option<Box<dyn Method>>,
+    /// View, optics and size of the pictures.
     job: Option<Job>,
     /// Order of a map at a point, or, with an inner `None`, of no map.
     cursor: Option<Option<[f32; 2]>>,
+    /// Screenshot to save.
     shot: Option<Shot>,
     /// Whether the thread is to end.
     quit: bool,
@@ -165,7 +169,7 @@ impl Shared {
         self.arrived.notify_one();
     }
 
-    /// The thread's loop: reads the orders and does a step, until the thread is to end.
+    /// The thread's loop: reads the orders and does one step of the artist, until the thread is to end.
     fn run(&self, mut artist: Artist, reporter: &Reporter) {
         loop {
             let mut pending = self.lock();

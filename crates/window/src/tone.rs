@@ -9,12 +9,13 @@ const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// Tone-maps pictures of linear radiance into a texture of the window, on the GPU.
 pub(crate) struct ToneMapper {
+    /// Compiled tone mapping.
     pass: TonePass,
-    /// `None` before the first picture.
+    /// Texture of the last picture; `None` before the first.
     shown: Option<Shown>,
 }
 
-/// The texture and its identifier in egui.
+/// A texture and its identifier in egui.
 struct Shown {
     texture: wgpu::Texture,
     id: TextureId,

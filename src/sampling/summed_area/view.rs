@@ -1,6 +1,7 @@
 //! Evaluator of a [`super::SummedArea`] for all families of numbers: sums over rectangles, interpolation, sampling.
 //!
-//! All results are counts; [`SummedAreaLayout::unit`] is the mass of one count in each band.
+//! Nodes of a grid have masses in [`BANDS`] bands, stored as whole counts in blocks of [`BLOCK`] × [`BLOCK`] nodes. All
+//! sums are counts; [`SummedAreaLayout::unit`] is the mass of one count in each band.
 
 use super::{BANDS, BLOCK, BLOCK_PACKETS, BLOCK_SHIFT, EXPONENT_SHIFT, SummedAreaLayout};
 use crate::numeric::{Index, Number, Numbers, Real};
@@ -163,7 +164,8 @@ impl<N: Numbers> SummedAreaView<N> {
         Drawn { node: [(column << BLOCK_SHIFT) + x, (row << BLOCK_SHIFT) + y], u: [u, v] }
     }
 
-    /// Index, in packets of four words, of the sums T before block column `x` and block row `y`.
+    /// Index, in packets of four words, of the sums in each band of all blocks before block column `x` and block row
+    /// `y`.
     #[inline(always)]
     fn corner(&self, x: N::Index, y: N::Index) -> N::Index {
         N::Index::lit(self.layout.sums) + y * N::Index::lit(self.layout.blocks[0] + 1) + x

@@ -10,10 +10,11 @@ import numpy as np
 def gmres(
     apply: Callable[[np.ndarray], np.ndarray], right: np.ndarray, tolerance: float, steps_max: int
 ) -> tuple[np.ndarray, float]:
-    """The solution of `apply(x) = right` and its residual over the norm of `right`, without restarts.
+    """The solution x of `apply(x) = right`, and the norm of its residual over that of `right`, without restarts.
 
-    It ends when the residual is below `tolerance`, or after `steps_max` products. `basis` is an orthonormal basis of
-    the Krylov space, and `hessenberg` the matrix in it (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986).
+    The iteration ends when this residual is below `tolerance`, or after `steps_max` products. `basis` is an orthonormal
+    basis of the Krylov space. `hessenberg` has the products of its vectors in this basis: `apply(basis[j])` is
+    Σ_i hessenberg[i, j] basis[i] (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986).
     """
     norm = np.linalg.norm(right)
     if norm == 0:
@@ -29,11 +30,13 @@ def gmres(
                 hessenberg[i, step - 1] += along
                 new = new - along * old
         hessenberg[step, step - 1] = np.linalg.norm(new)
-        target = np.zeros(step + 1, complex)
-        target[0] = norm
-        part = hessenberg[: step + 1, :step]
-        weights = np.linalg.lstsq(part, target, rcond=None)[0]
-        residual = float(np.linalg.norm(part @ weights - target) / norm)
+        # Weights of the basis vectors in the x of least residual. In the basis, `right` is (norm, 0, …).
+        right_in_basis = np.zeros(step + 1, complex)
+        right_in_basis[0] = norm
+        filled = hessenberg[: step + 1, :step]
+        weights = np.linalg.lstsq(filled, right_in_basis, rcond=None)[0]
+        residual = float(np.linalg.norm(filled @ weights - right_in_basis) / norm)
+        # A product within the space spanned so far means that x is exact.
         if residual < tolerance or abs(hessenberg[step, step - 1]) == 0:
             break
         basis.append(new / hessenberg[step, step - 1])

@@ -13,7 +13,8 @@ from tests.judges.gratings.scalar import COHERENCE_LENGTH_UM, ask, power_of_valu
 from .relief import Relief
 from .solver import direction
 
-# Factor on the samples of a relief along each axis. The phase screen at 450 nm needs more samples than the heights.
+# Factor on the samples of a relief along each axis, chosen. The phase screen at 450 nm needs more samples than the
+# heights.
 FINER = 3
 
 
@@ -34,6 +35,7 @@ class Form:
 
 # The plugin's default for dielectrics. Its albedo stays below 1, so energy conservation would only cost time.
 SMALL_SLOPE = Form("small_slope", "small_slope", False)
+# "limited" in a name means with energy conservation.
 SMALL_SLOPE_LIMITED = Form("small_slope, limited", "small_slope", True)
 # The plugin's default for conductors.
 STAM = Form("stam", "stam", True)
@@ -63,23 +65,27 @@ class Light:
 def efficiencies(
     relief: Relief, index: complex, form: Form, lights: list[tuple[Light, np.ndarray, np.ndarray]]
 ) -> list:
-    """Fractions of unpolarised light in the orders (jx, jy), which are given with each light; `index` must be real."""
+    """Fractions of unpolarised light in orders: an array for each of `lights`, which are triples (light, jx, jy).
+
+    `jx` and `jy` are arrays with the numbers of propagating orders along x and y. `index` must be real.
+    """
     ny, nx = relief.heights.shape
     fine = relief.sampled(FINER * nx, FINER * ny)
     questions = []
     for light, jx, jy in lights:
         wavelength_um = light.wavelength_nm * 1e-3
-        x, y = (wavelength_um * j / length - towards for j, length, towards in zip((jx, jy), relief.period, light.wi))
+        # The grating equation: along each axis wi + wo = λj/period.
+        x, y = (wavelength_um * j / period - wi for j, period, wi in zip((jx, jy), relief.period, light.wi))
         wo = np.stack([x, y, np.sqrt(1 - x**2 - y**2)], axis=-1)
         wi = light.wi.tolist()
         questions += [{"wi": wi, "wo": out, "wavelength": light.wavelength_nm} for out in wo.tolist()]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "relief.npy"
         np.save(path, fine.heights)
-        pixel = relief.period[0] / fine.heights.shape[1]
-        if not np.isclose(pixel, relief.period[1] / fine.heights.shape[0]):
+        pixel_um = relief.period[0] / fine.heights.shape[1]
+        if not np.isclose(pixel_um, relief.period[1] / fine.heights.shape[0]):
             raise ValueError("the relief's pixels must be square")
-        words = ["eval", "--method", "exact", "--height-field", path, "--pixel-size", pixel, "--level", "none"]
+        words = ["eval", "--method", "exact", "--height-field", path, "--pixel-size", pixel_um, "--level", "none"]
         words += ["--tiling", "periodic", "--coherence-length", COHERENCE_LENGTH_UM, "--eta", index.real, *form.words()]
         values = np.array(ask(words, questions))
     parts = np.split(values, np.cumsum([len(jx) for _, jx, _ in lights])[:-1])

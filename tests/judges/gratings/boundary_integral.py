@@ -5,7 +5,7 @@ is 0 on the metal, and ψ = ∂u/∂n obeys ψ/2 + K'ψ = ∂u_inc/∂n. In TM �
 and K' are the double layer potential of the quasi-periodic Green's function (green.py) and its adjoint. The equations
 are discretised by Nyström's method on the nodes of the profile. Kernels are smooth except for r² ln r in the distance
 r, so the error falls as the cube of the distance between nodes. α and β are the x and z components of orders' wave
-vectors.
+vectors. An order of amplitude A has the fraction |A|² β/β_0 of the power. Lengths are in µm, wave numbers in rad/µm.
 """
 
 from __future__ import annotations
@@ -17,17 +17,20 @@ import numpy as np
 from .green import Lattice
 from .profile import Polygon, Sinusoid
 
-# Smallest accepted cosine of an order. The Green's function has a pole where an order grazes the surface.
+# Smallest accepted cosine of an order, chosen. The Green's function has a pole where an order grazes the surface.
 GRAZING_COSINE = 1e-5
 
 
 @dataclass(frozen=True)
 class Resolution:
-    """Nodes for each wavelength of arc, smallest numbers of nodes, and number of evanescent orders to either side."""
+    """Numbers of nodes and of evanescent orders. The defaults are chosen; `finer` ones show their error."""
 
+    # Nodes for each wavelength of arc.
     nodes_per_wavelength: float = 14
+    # Smallest numbers of nodes, in all and for each corner.
     nodes_min: int = 120
     nodes_per_corner: int = 60
+    # Evanescent orders of the Green's function to either side.
     evanescent: int = 80
 
     def finer(self, factor: float) -> Resolution:
@@ -62,40 +65,40 @@ def solve(
     """Efficiencies of all propagating orders. Raises ValueError if an order grazes the surface."""
     k = 2e3 * np.pi / wavelength_nm
     alpha0, beta0 = -k * np.sin(np.radians(theta_i_deg)), k * np.cos(np.radians(theta_i_deg))
-    # At least the largest number of an order that propagates.
-    propagating = int(2 * k * profile.period / (2 * np.pi)) + 1
-    lattice = Lattice(profile.period, k, alpha0, propagating + resolution.evanescent)
+    # Upper bound of |n| for orders n that propagate: |α_0 + 2πn/period| < k, and |α_0| ≤ k.
+    order_max = int(2 * k * profile.period / (2 * np.pi)) + 1
+    lattice = Lattice(profile.period, k, alpha0, order_max + resolution.evanescent)
     if np.abs(lattice.beta).min() < GRAZING_COSINE * k:
         raise ValueError(f"an order grazes the surface at {wavelength_nm} nm and {theta_i_deg} degrees")
 
-    # Length of the profile's arc; for a smooth one 64 nodes give it accurately.
+    # Length of the profile's arc, for which 64 nodes suffice.
     arc = profile.nodes(64).weight.sum()
     corners = len(profile.corners) if isinstance(profile, Polygon) else 0
-    least = max(resolution.nodes_min, resolution.nodes_per_corner * corners)
-    at = profile.nodes(max(least, int(resolution.nodes_per_wavelength * arc * k / (2 * np.pi))))
-    along_x, along_z = off_diagonal(lattice, at.x[:, None] - at.x, at.z[:, None] - at.z)
+    nodes_min = max(resolution.nodes_min, resolution.nodes_per_corner * corners)
+    nodes = profile.nodes(max(nodes_min, int(resolution.nodes_per_wavelength * arc * k / (2 * np.pi))))
+    along_x, along_z = off_diagonal(lattice, nodes.x[:, None] - nodes.x, nodes.z[:, None] - nodes.z)
     # Kernels of K and K', [point, source]: the gradient along the normal at the source and at the point.
-    double_layer = -(at.normal_x * along_x + at.normal_z * along_z)
-    adjoint = at.normal_x[:, None] * along_x + at.normal_z[:, None] * along_z
-    np.fill_diagonal(double_layer, at.curvature / (4 * np.pi) - at.normal_x * lattice.self_term())
-    np.fill_diagonal(adjoint, at.curvature / (4 * np.pi) + at.normal_x * lattice.self_term())
+    double_layer = -(nodes.normal_x * along_x + nodes.normal_z * along_z)
+    adjoint = nodes.normal_x[:, None] * along_x + nodes.normal_z[:, None] * along_z
+    np.fill_diagonal(double_layer, nodes.curvature / (4 * np.pi) - nodes.normal_x * lattice.self_term())
+    np.fill_diagonal(adjoint, nodes.curvature / (4 * np.pi) + nodes.normal_x * lattice.self_term())
 
-    incident = np.exp(1j * (alpha0 * at.x - beta0 * at.z))
-    incident_flux = 1j * (at.normal_x * alpha0 - at.normal_z * beta0) * incident
-    half = 0.5 * np.eye(len(at.x))
-    # ψ times the weights, which stays finite at corners, and u.
-    flux = np.linalg.solve(half + at.weight[:, None] * adjoint, at.weight * incident_flux)
-    field = np.linalg.solve(half - double_layer * at.weight, incident)
+    incident = np.exp(1j * (alpha0 * nodes.x - beta0 * nodes.z))
+    incident_flux = 1j * (nodes.normal_x * alpha0 - nodes.normal_z * beta0) * incident
+    half = 0.5 * np.eye(len(nodes.x))
+    # TE: ψ times the weights, which stays finite at corners. TM: u.
+    weighted_flux = np.linalg.solve(half + nodes.weight[:, None] * adjoint, nodes.weight * incident_flux)
+    field = np.linalg.solve(half - double_layer * nodes.weight, incident)
 
-    orders = lattice.orders[lattice.beta.imag == 0]
-    alpha, beta = lattice.alpha[lattice.beta.imag == 0], lattice.beta[lattice.beta.imag == 0].real
+    propagates = lattice.beta.imag == 0
+    alpha, beta = lattice.alpha[propagates], lattice.beta[propagates].real
     # Amplitudes of the orders in TE and TM, from the Green's function at large z.
-    outgoing = np.exp(-1j * (np.outer(alpha, at.x) + np.outer(beta, at.z)))
-    te = outgoing @ flux / (2j * profile.period * beta)
-    along_normal = np.outer(alpha, at.normal_x) + np.outer(beta, at.normal_z)
-    tm = (along_normal * outgoing) @ (field * at.weight) / (2 * profile.period * beta)
-    share = beta / beta0
-    return Efficiencies(orders, beta / k, share * np.abs(te) ** 2, share * np.abs(tm) ** 2)
+    outgoing = np.exp(-1j * (np.outer(alpha, nodes.x) + np.outer(beta, nodes.z)))
+    te = outgoing @ weighted_flux / (2j * profile.period * beta)
+    along_normal = np.outer(alpha, nodes.normal_x) + np.outer(beta, nodes.normal_z)
+    tm = (along_normal * outgoing) @ (field * nodes.weight) / (2 * profile.period * beta)
+    flow = beta / beta0
+    return Efficiencies(lattice.orders[propagates], beta / k, flow * np.abs(te) ** 2, flow * np.abs(tm) ** 2)
 
 
 def off_diagonal(lattice: Lattice, x: np.ndarray, z: np.ndarray) -> np.ndarray:

@@ -13,9 +13,9 @@ import numpy as np
 from mitsuba_scenes.environment import REPOSITORY, SetupError
 
 REQUIREMENTS = REPOSITORY / "requirements-validity.lock"
-# Samples of the period for the package's Fourier series; an even number gives a duty of exactly 1/2.
+# Samples of the period for the package's Fourier series. Chosen; an even number gives a duty of exactly 1/2.
 SAMPLES = 1024
-# The package's values of the polarisation.
+# The package's numbers of the polarisations.
 TE, TM = 0, 1
 
 
@@ -29,8 +29,9 @@ def solved(
     harmonics: int,
     polarisation: int,
 ) -> Any:
-    """The package's result, with efficiencies `de_ri` and `de_ti` of the orders −harmonics … harmonics on both sides.
+    """The package's result for one polarisation, TE or TM.
 
+    Its `de_ri` and `de_ti` are the reflected and transmitted efficiencies of the orders −harmonics … harmonics.
     `layers` has refractive indices, (layers, 1, SAMPLES), from the top down; each layer is `layer_um` high. Light comes
     from air, and `index` is that of the medium below. Raises SetupError without the package.
     """
@@ -40,7 +41,8 @@ def solved(
         raise SetupError(
             f"the page validity needs the package meent: run `.venv/bin/pip install -r {REQUIREMENTS.name}`"
         ) from error
-    # The package's angle has the opposite sign.
+    # The package's angle has the opposite sign, and its lengths are in nm. Backend 0 is NumPy. The grating has no
+    # harmonics (`fto`) along y, so its period along y, 1000 nm, has no effect.
     solver = meent.call_mee(
         backend=0,
         pol=polarisation,
@@ -63,10 +65,10 @@ def lamellar(
 ) -> tuple[np.ndarray, np.ndarray]:
     """TE and TM efficiencies of the orders −harmonics … harmonics for a lossless metal of index i·extinction.
 
-    The profile has a duty of 1/2; lengths are in µm.
+    The profile has a duty of 1/2; `period` and `height` are in µm.
     """
     metal = 1j * extinction
     layer = np.array([[[metal] * (SAMPLES // 2) + [1.0] * (SAMPLES // 2)]], dtype=complex)
     light = (wavelength_nm, theta_i_deg)
-    te, tm = (solved(layer, height, period, *light, metal, harmonics, state).de_ri for state in (TE, TM))
+    te, tm = (solved(layer, height, period, *light, metal, harmonics, polarisation).de_ri for polarisation in (TE, TM))
     return np.asarray(te).ravel(), np.asarray(tm).ravel()

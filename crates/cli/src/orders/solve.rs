@@ -16,6 +16,7 @@ pub(super) struct Incidence {
     pub(super) theta_i_deg: f64,
     /// Azimuth from +x, which is across the grooves, towards +y.
     pub(super) phi_i_deg: f64,
+    /// Wavelength in air.
     pub(super) wavelength_nm: f64,
 }
 
@@ -29,8 +30,11 @@ impl Incidence {
 /// The orders of a grating, and the light that is not in them. The scalar theory has only the orders.
 #[derive(Serialize)]
 pub(super) struct SolvedOrders {
+    /// Name of the theory.
     pub(super) theory: &'static str,
+    /// Period of the grating.
     pub(super) period_um: f64,
+    /// Wavelength of the incidence.
     pub(super) wavelength_nm: f64,
     /// Unit vector towards the light.
     pub(super) wi: Vec3,
@@ -181,7 +185,7 @@ fn medium_below(config: &SurfaceConfig) -> Result<Medium, GratingError> {
 }
 
 impl Order {
-    /// The order of the solver.
+    /// An order that the solver of Maxwell's equations returns.
     pub(super) fn with_jones(side: Side, order: &sunbeam::grating::Order) -> Self {
         let jones = order.jones.map(|row| row.map(|amplitude| [amplitude.re, amplitude.im]));
         let (te, tm) = (Some(order.te()), Some(order.tm()));
@@ -189,7 +193,7 @@ impl Order {
         Self { te, tm, jones: Some(jones), ..unpolarised }
     }
 
-    /// The order without values by polarisation.
+    /// Order number `order`, which leaves in `direction` with the efficiency `mean`, without values by polarisation.
     pub(super) fn with_mean(side: Side, order: i32, direction: Vec3, mean: f64) -> Self {
         // The addition turns a negative zero into a positive one. Otherwise `atan2` would give an azimuth of −180° or
         // −0° for directions in the plane of x.

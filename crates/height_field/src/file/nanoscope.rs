@@ -16,8 +16,8 @@ use super::{Meaning, Parsed, Raw, encoding};
 use ndarray::Array2;
 use std::collections::HashMap;
 
-/// Largest relative difference between the ratio of a scan's sides and its aspect ratio that counts as agreement. The
-/// header has few digits of the sides.
+/// Largest relative difference between the ratio of a scan's sides and its aspect ratio that counts as agreement.
+/// Chosen: the header has few digits of the sides.
 const SIDES_AGREEMENT: f64 = 1e-2;
 
 /// A section of the header: a headline and its lines `key: value`.

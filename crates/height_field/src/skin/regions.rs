@@ -50,8 +50,7 @@ impl Regions {
         }
     }
 
-    /// Number of squares along one side of a tile of `extent_um`: the even whole number nearest to extent/size, at
-    /// least 2.
+    /// Number of squares along one side of a tile of `extent_um`: the even number nearest to extent/size, at least 2.
     fn count(&self, extent_um: f64) -> f64 {
         2.0 * libm::round(0.5 * extent_um / self.size_um).max(1.0)
     }
@@ -65,11 +64,12 @@ impl Regions {
         let count = self.count(extent_um);
         let wave: Vec<f64> = (0..PIXELS)
             .map(|i| {
+                // Position in squares.
                 let position = i as f64 * count / PIXELS as f64;
                 let square = libm::floor(position);
                 let offset = position - square;
-                let rising = square % 2.0 == 0.0;
-                self.spread * extent_um / count * (if rising { offset } else { 1.0 - offset } - 0.5)
+                let is_rising = square % 2.0 == 0.0;
+                self.spread * extent_um / count * (if is_rising { offset } else { 1.0 - offset } - 0.5)
             })
             .collect();
         warp_x.indexed_iter_mut().for_each(|((_, ix), x)| *x += wave[ix]);

@@ -65,8 +65,8 @@ fn point_is_film() -> bool {
     return frame.film_eta != 0.0;
 }
 
-// The query of the point of the mesh with the barycentric coordinates b, with `lit` and `sun` still 0. `to_viewer` is a
-// unit vector in the scene's frame.
+// The query of the point of the mesh with the barycentric coordinates b, without sunlight: its `lit` and `sun` are 0.
+// `to_viewer` is a unit vector in the scene's frame.
 fn point_mesh(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3<f32>) -> Point {
     let b0 = 1.0 - b.x - b.y;
     // Edges in cm.
@@ -136,14 +136,15 @@ fn point_hit(ray: vec3<f32>, hit: Hit, c0: Vertex, c1: Vertex, c2: Vertex) -> Po
 }
 
 // Largest height above the plane of a surface point, in widths of a texel, at which a depth counts as the surface
-// itself. A curved surface leaves its tangent plane by less within a texel. Larger values overlook near occluders;
-// smaller ones need more rays.
+// itself. A curved surface leaves its tangent plane by less within a texel. Chosen: larger values overlook near
+// occluders; smaller ones need more rays.
 const POINT_SURFACE_MAX: f32 = 0.5;
 // Smallest height above the plane, in widths of a texel, at which a depth counts as an occluder that shadows the whole
-// texel. Smaller values darken points beside occluders; larger ones need more rays.
+// texel. Chosen: smaller values darken points beside occluders; larger ones need more rays.
 const POINT_OCCLUDER_MIN: f32 = 2.0;
 // Smallest cosine between the normal and the sun at which the map decides. At smaller cosines one texel covers a part
-// of the plane that is more than ten texels long. Larger bounds need more rays; smaller ones leave errors of shadows.
+// of the plane that is more than ten texels long. Chosen: larger bounds need more rays; smaller ones leave errors of
+// shadows.
 const POINT_COSINE_MIN: f32 = 0.1;
 
 // Visibility of the sun: hidden by the mesh, or behind the surface itself.
@@ -174,8 +175,8 @@ fn point_map_visibility(p: vec3<f32>, n: vec3<f32>) -> u32 {
     // Rows run downwards, so the second distance is negative.
     let texel_step = 2.0 * vec2<f32>(sunlight.half_width, -sunlight.half_height) / sunlight.side;
     // Rises of the plane towards the sun in cm for a step to the next column and to the next row. A vector
-    // axis + rise·to_sun lies in the plane if its product with n is 0, so rise = -dot(n, axis)/cosine.
-    let slope = -vec2<f32>(dot(n, sunlight.right), dot(n, sunlight.up)) * texel_step / cosine;
+    // axis + r·to_sun lies in the plane if its product with n is 0, so r = -dot(n, axis)/cosine.
+    let rise = -vec2<f32>(dot(n, sunlight.right), dot(n, sunlight.up)) * texel_step / cosine;
     // The four texels around the point, in the order of the following vectors: the upper left one, its right neighbour,
     // and the two below. `offset` is the position of the point between them, 0 to 1.
     let corner = floor(texel);
@@ -185,8 +186,8 @@ fn point_map_visibility(p: vec3<f32>, n: vec3<f32>) -> u32 {
     let below = above + side;
     let depths = vec4<f32>(sun_depths[above], sun_depths[above + 1u], sun_depths[below], sun_depths[below + 1u]);
     // Heights of the plane at the four texels, in cm towards the sun from the point p.
-    let plane = vec4<f32>(-offset.x, 1.0 - offset.x, -offset.x, 1.0 - offset.x) * slope.x
-        + vec4<f32>(-offset.y, -offset.y, 1.0 - offset.y, 1.0 - offset.y) * slope.y;
+    let plane = vec4<f32>(-offset.x, 1.0 - offset.x, -offset.x, 1.0 - offset.x) * rise.x
+        + vec4<f32>(-offset.y, -offset.y, 1.0 - offset.y, 1.0 - offset.y) * rise.y;
     // Coordinates of the depths along the direction to the sun, from -1 to 1 over the depth of the box. A depth of 0,
     // where there is no mesh, is moved far away from the sun, so that it counts as no occluder. The margin of the box
     // keeps depths of the mesh above 0.

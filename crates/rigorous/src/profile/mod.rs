@@ -10,15 +10,15 @@ pub(crate) use edge::{Edge, Point};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Largest ratio of height to period. The lattice sum (`lattice_sum.rs`) of deeper reliefs needs too many terms along
-/// z.
+/// Largest ratio of height to period, chosen: the lattice sum (`lattice_sum.rs`) of deeper reliefs needs too many
+/// terms along z.
 const DEPTH_MAX: f64 = 2.0;
 
-/// Most corners in one period, 64. A wall found among sampled heights counts as one corner but is an edge itself, so
-/// there are at most twice as many edges, which take all nodes.
+/// Most corners in one period, 64. A wall found among sampled heights counts as one corner but is an edge of its own.
+/// So there are at most twice as many edges as corners, and their fewest nodes are [`NODES_MAX`] in all.
 const CORNERS_MAX: usize = NODES_MAX / (2 * NODES_PER_EDGE);
 
-/// Length of the shortest edge, in periods. Rounding determines the direction of shorter ones.
+/// Length of the shortest accepted edge, in periods. Chosen: rounding determines the direction of much shorter ones.
 const EDGE_MIN: f64 = 1e-9;
 
 /// One period of a relief: either smooth, or edges that meet in corners. Lengths are in µm.
@@ -61,13 +61,13 @@ impl Profile {
         Self::sinusoid(period_um, 0.0)
     }
 
-    /// The heights `height/2 · (1 + sin(2πx/period))`; lengths in µm. `height_um` is peak to valley, at least 0.
+    /// The heights `height/2 · (1 + sin(2πx/period))` in µm. `height_um` is peak to valley, at least 0.
     ///
     /// # Errors
     /// A period or height out of range, or a height above twice the period.
     pub fn sinusoid(period_um: f64, height_um: f64) -> Result<Self, Error> {
         let height = accepted_height(period_um, height_um)?;
-        // sin φ = Re(−i e^{iφ}).
+        // c_0 and c_1 of `Shape::Smooth`, from sin φ = Re(−i e^{iφ}).
         let harmonics = vec![Complex64::new(0.5 * height, 0.0), Complex64::new(0.0, -0.5 * height)];
         Ok(Self { period: period_um, shape: Shape::Smooth(harmonics) })
     }

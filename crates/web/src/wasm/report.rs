@@ -37,8 +37,8 @@ impl Drop for Listening {
     }
 }
 
-/// Smallest increase of the reported fraction: about 200 calls of JavaScript a build. A smaller step reports more
-/// smoothly; a larger one costs fewer calls.
+/// Smallest increase of the reported fraction. Chosen for about 200 calls of JavaScript a build: a smaller step reports
+/// more smoothly; a larger one costs fewer calls.
 const STEP: f64 = 0.005;
 
 /// A [`Progress`] that calls `listener`, if it is a function, with the finished fraction from 0 to 1. The calls end

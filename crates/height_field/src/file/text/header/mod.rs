@@ -30,13 +30,14 @@ const QUOTED_MAX: usize = 80;
 /// Program that wrote a header; its conventions apply to omitted properties.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Program {
+    /// Another or unknown program.
     #[default]
     Other,
     /// SPIP: lengths in nm, rows from the top.
     Spip,
     /// WSxM: rows from the top; heights in the unit of their range.
     Wsxm,
-    /// Geographic grids of ESRI: rows from the top, no unit.
+    /// Geographic grids of ESRI: rows from the top, no unit (lengths are taken for µm).
     Esri,
     /// Gwyddion: rows from the top.
     Gwyddion,
