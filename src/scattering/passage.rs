@@ -4,10 +4,10 @@
 use super::transparent::{BodyWave, TransparentBody};
 use crate::numeric::{Number, Numbers, Real};
 
-/// Smallest |w| in the weights of orders at a transparent body, in units of the wave number in vacuum. Weights are
-/// divided by w². Chosen: about the interval of w over which samplers interpolate powers linearly, so their powers do
-/// not vanish at w = 0 as the true ones do. Larger values give orders of small |w| too few samples; smaller ones give
-/// them too many. Either only adds variance.
+/// Smallest |w| ([`Passage`]) in the weights of orders at a transparent body, in units of the wave number in vacuum.
+/// Weights are divided by w². Chosen: about the interval of w over which samplers interpolate powers linearly. The
+/// interpolated powers do not vanish at w = 0 as the true ones do. Larger values give orders of small |w| too few
+/// samples; smaller ones give them too many. Either only adds variance.
 const DIVISOR_MIN: f64 = 0.05;
 
 /// A reflection or transmission: an incident direction, and the side of the relief on which light leaves.
