@@ -20,19 +20,20 @@ namespace sunbeam {
 namespace dr = drjit;
 
 /// Table data of a surface as Dr.Jit arrays of words, from which kernels gather. A word is a `u32`: an integer, or the
-/// bits of a single-precision number.
+/// bits of a single-precision number. `Float` is an array of Dr.Jit: scalar variants read the tables in Rust instead.
 ///
 /// Surfaces with the same tables share one copy in all variants with the same `Float`.
 template <typename Float> class Buffers {
 public:
-    /// Number of arrays of a surface: `Surface::words` in cpp_shim/src/bridge.rs describes them. Tables that a surface
-    /// lacks are empty arrays. The length of `TracedQuery::words` is the same number; the compiler compares both in
-    /// lobe.h.
+    /// Number of arrays of a surface, one for each kind of table (`Surface::words` in cpp_shim/src/bridge.rs). Tables
+    /// that a surface lacks are empty arrays. The length of `TracedQuery::words` is the same number; the compiler
+    /// compares both in lobe.h.
     static constexpr size_t COUNT = 3;
 
     explicit Buffers(const Surface &surface) : m_arrays(shared_arrays(surface)) {}
 
-    /// Dr.Jit indices of the arrays; 0 for an empty array.
+    /// Dr.Jit indices of the arrays, valid while this object lives; 0 for an empty array. Without the upper half of
+    /// `index_combined`, which is for derivatives: tables have none.
     std::array<uint32_t, COUNT> indices() const {
         std::array<uint32_t, COUNT> result;
         for (size_t i = 0; i < COUNT; ++i)
@@ -41,7 +42,7 @@ public:
     }
 
     /// Reports the arrays to Dr.Jit as inputs of a frozen function (`dr.freeze`), which records kernels and replays
-    /// them.
+    /// them. Dr.Jit prescribes the name. The empty texts stand for classes of virtual calls, which have no part here.
     void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
         for (const UInt32X &array : *m_arrays)
             fn(payload, array.index_combined(), "", "");
@@ -61,8 +62,8 @@ private:
     /// multiple of this number.
     static constexpr size_t PACKET_WORDS = 4;
 
-    /// Arrays of the surface's tables. Reuses the arrays of a living surface with the same tables (`identity`), and
-    /// otherwise copies the tables, padded with zeros to whole packets.
+    /// Arrays of the surface's tables. Reuses the arrays of a living surface with the same tables, which has the same
+    /// `identity` within this process. Otherwise copies the tables, padded with zeros to whole packets.
     static std::shared_ptr<const Arrays> shared_arrays(const Surface &surface) {
         static std::mutex mutex;
         static std::map<uint64_t, std::weak_ptr<const Arrays>> by_identity;

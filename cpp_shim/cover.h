@@ -1,5 +1,6 @@
 // A flat clear layer over the relief, such as a lacquer. src/scattering/cover.rs is the same in Rust, without
-// polarisation.
+// polarisation and mirror reflection. Its `factor` includes 1/n², the change of radiance where light leaves the cover;
+// here `transmittance` and `through` do not, and reflection.h multiplies by it.
 #pragma once
 
 #include <utility>
@@ -12,16 +13,18 @@ namespace sunbeam {
 
 namespace dr = drjit;
 
-/// The flat side of a cover of index n, seen from air. With n = 1 there is no cover.
+/// The flat side of a cover of index n, seen from air. With n = 1 there is no cover. Light that is reflected repeatedly
+/// inside the cover is left out.
 ///
 /// Directions are unit vectors in the shading frame that point away from the surface. They lie above it, inside or
-/// outside the cover. An argument `cos_theta` is the cosine of the angle θ outside.
+/// outside the cover. `from` is the direction to the source of the light, `to` that in which it leaves. An argument
+/// `cos_theta` is the cosine of the angle θ outside, and positive.
 ///
 /// | symbol | meaning |
 /// | --- | --- |
 /// | n | index of the cover, `m_eta` |
 /// | θ, θ' | angles of a direction with the normal outside and inside; sin θ' = sin θ / n (Snell's law) |
-/// | `normal` | n cos θ' = √(n² − sin² θ) = √(cos² θ + n² − 1) |
+/// | `scaled` | n cos θ' = √(n² − sin² θ) = √(cos² θ + n² − 1), by `scaled_cosine` |
 /// | s, p | linear polarisations perpendicular and parallel to the plane of incidence |
 template <typename Float, typename Spectrum> class Cover {
 public:
@@ -46,6 +49,7 @@ public:
     Vector3f outside(const Vector3f &w) const {
         if (!exists())
             return w;
+        // The root has no derivative at zero. None is needed, since sampled directions are detached.
         const Float x = m_eta * w.x(), y = m_eta * w.y(), squared = 1.f - x * x - y * y;
         const Mask leaves = squared > 0.f && w.z() > 0.f;
         return dr::select(leaves, Vector3f(x, y, dr::sqrt(dr::maximum(squared, 0.f))), 0.f);
@@ -72,9 +76,9 @@ public:
         return .25f * (s_i + p_i) * (s_o + p_o);
     }
 
-    /// Mueller matrix outside the cover, transmittances included, for light that arrives from `from` and leaves towards
-    /// `to`. `matrix` is the Mueller matrix inside the cover. Both matrices are between Mitsuba's frames of reference.
-    /// Variants without polarisation have values for unpolarised light in place of both.
+    /// Mueller matrix outside the cover, transmittances included, for the directions `from` and `to` outside. `matrix`
+    /// is the Mueller matrix inside the cover. Both matrices are between Mitsuba's frames of reference. Variants
+    /// without polarisation have values for unpolarised light in place of both.
     Spectrum through(const Spectrum &matrix, const Vector3f &from, const Vector3f &to) const {
         if constexpr (mitsuba::is_polarized_v<Spectrum>) {
             namespace mueller = mitsuba::mueller;
@@ -94,8 +98,8 @@ public:
         }
     }
 
-    /// Mueller matrix, between Mitsuba's frames of reference, of the mirror reflection by the flat side. Light arrives
-    /// from `from` and leaves towards `to`. Variants without polarisation have the reflectance.
+    /// Mueller matrix, between Mitsuba's frames of reference, of the mirror reflection by the flat side. `to` is the
+    /// mirror direction of `from`. Variants without polarisation have the reflectance.
     Spectrum mirror([[maybe_unused]] const Vector3f &from, const Vector3f &to) const {
         if constexpr (mitsuba::is_polarized_v<Spectrum>) {
             namespace mueller = mitsuba::mueller;
@@ -111,10 +115,11 @@ public:
     }
 
 private:
-    /// Smallest squared length of the tangential part of a direction that has an s axis. Shorter parts are rounding of
-    /// the normal.
+    /// Squared length of a direction's tangential part at or below which it is attributed to rounding, so that the
+    /// direction counts as the normal and has no plane of incidence.
     static constexpr float TANGENT_SQUARED_MIN = 1e-20f;
-    /// Smallest argument of a square root, because the root has no derivative at zero.
+    /// Smallest argument of the square root in `transmission`, because the root has no derivative at zero. A zero root
+    /// becomes 1e-6.
     static constexpr float ROOT_MIN = 1e-12f;
 
     /// n cos θ' for the cosine of θ.
@@ -124,24 +129,25 @@ private:
 
     /// Fresnel reflectances of s and p polarised light.
     std::pair<Float, Float> reflectances(const Float &cos_theta) const {
-        const Float normal = scaled_cosine(cos_theta);
-        const Float scaled = m_eta * m_eta * cos_theta;
+        const Float scaled = scaled_cosine(cos_theta), outer = m_eta * m_eta * cos_theta;
         // Amplitudes; numerator and denominator of r_p are multiplied by n.
-        const Float r_s = (cos_theta - normal) / (cos_theta + normal);
-        const Float r_p = (scaled - normal) / (scaled + normal);
+        const Float r_s = (cos_theta - scaled) / (cos_theta + scaled);
+        const Float r_p = (outer - scaled) / (outer + scaled);
         return { r_s * r_s, r_p * r_p };
     }
 
-    /// Fresnel transmittances of s and p polarised light. The products do not cancel near the horizon, as 1 − R would.
+    /// Fresnel transmittances of s and p polarised light, as products, since 1 − R would cancel near the horizon.
     std::pair<Float, Float> transmittances(const Float &cos_theta) const {
-        const Float normal = scaled_cosine(cos_theta);
-        const Float sum_s = cos_theta + normal, sum_p = dr::fmadd(m_eta * m_eta, cos_theta, normal);
-        const Float product = 4.f * cos_theta * normal;
+        const Float scaled = scaled_cosine(cos_theta);
+        // Denominators of the Fresnel coefficients; that of p is multiplied by n.
+        const Float sum_s = cos_theta + scaled, sum_p = dr::fmadd(m_eta * m_eta, cos_theta, scaled);
+        const Float product = 4.f * cos_theta * scaled;
         return { product / (sum_s * sum_s), m_eta * m_eta * product / (sum_p * sum_p) };
     }
 
-    /// Mueller matrix of the transmission between frames whose first axis is s. The amplitudes of s and p are real and
-    /// positive, so the transmission does not shift their phases. Instantiated only in polarised variants.
+    /// Mueller matrix of the transmission, into or out of the cover, between frames whose first axis is s. The
+    /// amplitudes of s and p are real and positive, so the transmission does not shift their phases. Instantiated only
+    /// in polarised variants.
     Spectrum transmission(const Float &cos_theta) const {
         const auto [s, p] = transmittances(cos_theta);
         const Float mean = .5f * (s + p), difference = .5f * (s - p), product = dr::sqrt(dr::maximum(s * p, ROOT_MIN));

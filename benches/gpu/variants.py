@@ -1,4 +1,4 @@
-"""The variants of Mitsuba: selection, and the reference of the checked variant."""
+"""The variants of Mitsuba: selection, and the reference with which a checked variant is compared."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .plan import Plan
 
 
 def use(name: str) -> None:
-    """Selects a variant; raises SetupError with the reason if it does not run here."""
+    """Selects a variant; raises `mitsuba_scenes.environment.SetupError` with the reason if it does not run here."""
     use_variant(name, fall_back=False)
 
 
@@ -24,12 +24,12 @@ def has_llvm() -> bool:
 
 
 def reference(plan: Plan, kind: str) -> str:
-    """The reference of the checked variant of a kind.
+    """Name of the variant with which `plan.variant(kind)` is compared. `kind` is the end of both names, such as "rgb".
 
     - A card's variants are compared with LLVM, which runs the same traced code.
     - Without LLVM, and in the dry run, which checks LLVM, the reference is scalar: the Rust core, called ray by ray.
-    - No variant is both scalar and mono, so a mono variant is then compared with the luminance of the RGB variant of
-      its own backend.
+    - No variant is both scalar and mono. Where the reference would be scalar, a mono variant is compared with the
+      luminance of the RGB variant of its own backend.
     """
     if not plan.dry and has_llvm():
         return f"llvm_ad_{kind}"
@@ -37,5 +37,5 @@ def reference(plan: Plan, kind: str) -> str:
 
 
 def is_scalar() -> bool:
-    """Whether the variant in use answers one question at a time."""
+    """Whether the variant in use is scalar, and so evaluates one ray or pair of directions at a time."""
     return mi.variant().startswith("scalar")

@@ -2,10 +2,11 @@
 
 The relief is a crop of a scan, repeated as a tile. A *case* is a crop with a smoothing in pixels, a factor on its
 heights and a refractive index. An independent solver, the *judge* (tests/judges/crossed), gives the true powers of its
-orders for several lights; its answers are stored. A *form* is the model with one choice of obliquity factor, energy
-conservation and shadowing (docs/model.md); `stam` and `small_slope` are such forms. *Misplaced* power is the fraction
-of the reflected power that a form puts into wrong orders. It is summarised over *near* lights, up to REACH_DEG of
-incidence, and over *grazing* ones beyond.
+orders for several lights; its answers are stored by the case's `key`. A *form* is the model with one choice of
+obliquity factor, energy conservation and shadowing (docs/model.md); `stam` and `small_slope` are such forms.
+*Misplaced* power is the fraction of the reflected power that a form puts into wrong orders (`misplaced` of
+tests/judges/crossed/model.py). It is summarised over *near* lights, up to REACH_DEG of incidence, and over *grazing*
+ones beyond.
 """
 
 from __future__ import annotations
@@ -43,19 +44,17 @@ from .skin_scans import SKINS, scans_present
 from .svg import save
 
 PART = "skins-validity"
-# Largest angle of incidence of near lights.
+# Largest angle of incidence of near lights. Chosen: the judge's lights are at 0, 30, 60 and 75 degrees.
 REACH_DEG = 60.0
 # Largest accepted ratio of the time of a call with `small_slope` to one with `stam`, in the mean over all calls.
+# Chosen: below it the page may say that both cost about as much.
 COST_MAX = 1.15
 # Colours of the forms in the plot.
 COLOURS = dict(zip((form.name for form in FORMS), ("k", "tab:blue", "tab:cyan", "tab:orange", "tab:red")))
 
 
 def misplaced_by_light(relief: Relief, case: Case, form: Form, judged: list[Answer]) -> list[float]:
-    """Misplaced power of a form for the light of each of the judge's answers `judged`.
-
-    The orders (jx, jy) of an answer are numbered along x and y.
-    """
+    """Misplaced power of a form for the light of each of the judge's answers `judged`, whose orders are (jx, jy)."""
     lights = [(answer.light, answer.jx, answer.jy) for answer in judged]
     powers = efficiencies(relief, complex(case.eta), form, lights)
     return [misplaced(power, answer.unpolarised) for power, answer in zip(powers, judged)]
@@ -76,6 +75,7 @@ def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...
     """A crop's properties, the misplaced power of each form on it, and the judge's accuracy.
 
     - `near`, `grazing`: the `summary` of each form over these lights.
+    - `period_um`, `rms_slopes`: along x and y.
     - `of_flat`: the reflected power relative to a flat surface, a mean over near lights.
     - `balance`, `residual`: the judge's largest error of the power balance, and largest residual of its equations.
     - `by_light`: the misplaced power by form, in the order of the judge's answers.
@@ -109,7 +109,8 @@ def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...
 def means_by(quantity: str, rows: list[dict], by_case: dict, skin: str, form: Form) -> dict[float, float]:
     """Mean misplaced power of a form over a skin's crops and lights, by the field `quantity` of the light.
 
-    `quantity` is "theta_deg" or "wavelength_nm". `by_case` has the judge's answers by the `key` of a row.
+    `quantity` is "theta_deg" or "wavelength_nm". `rows` are those of `row` for all crops, with the `key` of the case,
+    by which `by_case` has the judge's answers.
     """
     groups: dict[float, list[float]] = {}
     for of_crop in rows:
@@ -128,11 +129,12 @@ def one_dimension() -> float:
     """The difference from the boundary integral of `sunbeam orders`, on a sinusoid along x alone, for two lights."""
     period_um, height_um, samples = 1.3, 0.2, 33
     x = np.arange(samples) / samples
-    # The judge needs a period along y, where its relief is constant. At 0.3 µm no order along y propagates, so the
-    # judge's orders are numbered by jx alone.
+    # The judge needs a period along y, where its relief is constant. At 0.3 µm only reflected orders with jy = 0
+    # propagate, so the judge's orders are numbered by jx alone.
     wave = Relief(0.5 * height_um * (1 + np.sin(2 * np.pi * x))[None], (period_um, 0.3))
     words = ("--preset", "sinusoidal", "--period", period_um, "--height", height_um, "--eta", KERATIN)
     largest = 0.0
+    # One light across the grooves and one oblique to them.
     for theta_deg, phi_deg in ((20.0, 0.0), (60.0, 35.0)):
         judged = solve(wave, 550.0, theta_deg, phi_deg, KERATIN, Resolution(cutoff_per_um=9.0, nodes=12))
         light = ("--theta-i", theta_deg, "--phi-i", phi_deg)
@@ -174,7 +176,7 @@ def cost() -> list[dict]:
             ns = {call: call_ns(bsdfs, call) for call in CALLS}
             ratios = {call: float(ns[call]["small_slope"] / ns[call]["stam"]) for call in CALLS}
             rows.append({"variant": variant, "relief": relief, "ratios": ratios})
-    # The mean over all, since single ratios are noisy.
+    # The mean over all rows and calls, since single ratios are noisy.
     mean = np.mean([list(of_relief["ratios"].values()) for of_relief in rows])
     insist(PART, mean <= COST_MAX, "small_slope costs about as much")
     return rows
@@ -183,8 +185,8 @@ def cost() -> list[dict]:
 def figures() -> dict | None:
     """All numbers of the part, or `None` without the scans; writes its plot.
 
-    `rows` has the crops, `varied` crops with another smoothing, height or index, and `skins` means over the crops of a
-    skin. Raises SetupError if the numbers contradict the page.
+    `rows` has the crops, `varied` crops with another smoothing, height or index, and `skins` the `skin_figures`.
+    Raises SetupError if the numbers contradict the page.
     """
     if not scans_present():
         return None
@@ -231,23 +233,24 @@ def check_limiter(scans: dict, by_case: dict) -> None:
 
 
 def check_gain(skins: list[dict]) -> None:
-    """Raises SetupError unless small_slope misplaces less than stam on both skins, and far less on Elaphe alone.
+    """Raises SetupError unless small_slope misplaces less than stam: far less on Elaphe, little less on Xenopeltis.
 
-    `skins` has the results of `skin_figures`.
+    Only near lights count. `skins` has the results of `skin_figures`.
     """
     gains = {}
     for of_skin in skins:
         stam, small_slope = (of_skin["near"][form.name]["mean"] for form in (STAM, SMALL_SLOPE))
         insist(PART, small_slope < stam, f"small_slope is better than stam on {of_skin['skin']}")
         gains[of_skin["skin"]] = stam / small_slope
-    # The slopes of Elaphe are gentler. A factor of 2 counts as a gain on it, one of 1.2 as none on Xenopeltis.
+    # The slopes of Elaphe are gentler. Chosen: a factor above 2 counts as a gain on it, one below 1.2 as none on
+    # Xenopeltis.
     insist(PART, gains["elaphe"] > 2 and gains["xenopeltis"] < 1.2, "the gain is on the gentler skin")
 
 
 def skin_figures(skin: str, rows: list[dict], by_case: dict) -> dict:
     """Misplaced power of each form over the crops of a skin: summaries, and means by angle and by wavelength.
 
-    `by_case` has the judge's answers by the `key` of a row.
+    `rows` and `by_case` are those of `means_by`.
     """
     crops = [of_crop for of_crop in rows if of_crop["skin"] == skin]
     summaries = {

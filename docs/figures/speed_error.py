@@ -1,8 +1,10 @@
 """Part `speed-error` of the documentation (page.py): time and error of every method, on presets and a scan.
 
 `sunbeam bench` measures the methods of docs/realtime.md, such as FLSS, NMM and PQ. An *entry* is a method with its
-options, measured on a surface. Its errors are CIEDE2000 over directions. It is *on the front*, the Pareto front of time
-and errors, if no other entry beats it (crates/cli/src/benchmarks/methods/pareto.rs).
+options, measured on a surface. Its errors over directions are the mean and the 99th percentile of ΔE2000, the colour
+difference CIEDE2000, and RMSEs of spectra, RGB and XYZ. It is *on the front*, the Pareto front of CPU time and ΔE2000,
+if no other entry beats it (crates/cli/src/benchmarks/methods/pareto.rs). A second front compares only entries of one
+method, also by the RMSE of the spectrum.
 """
 
 from __future__ import annotations
@@ -33,7 +35,8 @@ def figures(scan: Path = SCAN, *words: str) -> dict:
     """All numbers of the part, from runs on the presets and on the scan if present; draws a plot of each run.
 
     `words` are further arguments of `sunbeam bench`. `adapter` is the GPU, or `no_adapter` the reason why none
-    is measured. `seconds` is the time of the run on the presets.
+    is measured. `effort` has settings of the run, such as its number of directions. `incident_deg` are the angles
+    (θ, φ) of incidence. `seconds` is the time of the run on the presets.
     """
     folder = images(PART)
     report = measured("--plot", folder / "presets.svg", *words)
@@ -64,19 +67,21 @@ def measured(*words) -> dict:
 def surface_figures(surface: dict) -> dict:
     """A surface's properties, and selections of its entries for the page's tables.
 
-    - `kappa_h`: κH, the largest phase in radians about the middle of the heights' range, at the shortest wavelength.
+    - `kappa_h`: κH, the largest phase in radians about the middle of the heights' range, at 380 nm and normal
+      incidence and reflection.
     - `oracle`: errors of the benchmark's reference against the oracle, the direct sum in double precision.
     - `defaults`: each method with its default options. `off_front` names those that another entry of the method beats.
     - `choices`: for each of DELTA_E_LIMITS the fastest entry of any method, and the fastest of FLSS.
-    - `steps`: FLSS with its default options but all wavelength steps.
+    - `steps`: FLSS with its default options, at every measured wavelength step.
     - `taylor`: FLSS with Taylor's series.
     - `orders`: FLSS with Chebyshev's series in steps of 5 nm, with all numbers of orders and terms and all tolerances.
     - `others`: the methods NMM, PQ and Stam.
-    - `tables`, `spectral`: the tables of colours and of spectra.
+    - `tables`: the tables of colours.
+    - `spectral`: the tables of spectra.
     """
     entries = [entry_figures(entry) for entry in surface["entries"]]
     flss = of_method(entries, "flss")
-    # The options of the default, apart from the wavelength step.
+    # The default options, apart from the wavelength step (`entry_figures`).
     default_group = next(entry["group"] for entry in flss if entry["is_default"])
     return {
         "name": surface["name"],
@@ -103,12 +108,13 @@ def surface_figures(surface: dict) -> dict:
 
 
 def entry_figures(entry: dict) -> dict:
-    """The page's numbers of one entry, rounded; times are per evaluation.
+    """The page's numbers of one entry, rounded; times are medians over the repetitions, per evaluation.
 
-    `group` identifies all options but the wavelength step. `mb` and `build_s` are size in megabytes and build time in
-    seconds of the method's data. `cpu_ratio` is the ratio to the CPU time of FLSS with its default options. `gpu_…` are
-    `None` without an adapter; `gpu_least_us` is the smallest time instead of the median. Errors have the names of the
-    report.
+    `model` is the coherence model, `patch` or `ensemble` (docs/model.md). `group` identifies all options but the
+    wavelength step. `mb` and `build_s` are size in megabytes and build time in seconds of the method's data.
+    `cpu_ratio` is the ratio to the CPU time of FLSS with its default options. `gpu_…` are `None` without an adapter and
+    for tables of spectra; `gpu_least_us` is the smallest time instead of the median. Errors have the names of the
+    report: `delta_e_mean`, `delta_e_p99`, `spectral_rmse`, `rgb_rmse`, `xyz_rmse`.
     """
     gpu = entry.get("gpu")
     parameters = entry["parameters"]
@@ -141,6 +147,7 @@ def label(entry: dict) -> str:
             words.append("weighted" if value else "unweighted")
         else:
             words.append(PARAMETERS.get(name, f"{name} {{}}").format(value))
+    # Tables exist for both models and are of the ensemble unless named. The other methods are always of the patch.
     model = " (patch)" if entry["model"] == "patch" and "table" in entry["method"] else ""
     return f"{entry['method']}{model}" + (": " + ", ".join(words) if words else "")
 
@@ -156,7 +163,10 @@ def of_method(entries: list[dict], method: str) -> list[dict]:
 
 
 def fastest(entries: list[dict], limit: float) -> dict | None:
-    """The fastest entry on the CPU with a ΔE2000 of at most `limit` in 99 % of the directions; `None` without one."""
+    """The fastest entry on the CPU with a ΔE2000 of at most `limit` in 99 % of the directions; `None` without one.
+
+    Times and errors are rounded (`entry_figures`), so the first of two entries with equal rounded times is taken.
+    """
     accurate = [entry for entry in entries if entry["delta_e_p99"] <= limit]
     return min(accurate, key=lambda entry: entry["cpu_us"], default=None)
 

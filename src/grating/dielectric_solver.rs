@@ -8,14 +8,14 @@
 //! The solver states the violation relative to the power of a wave. Light at a cosine c of incidence carries the
 //! fraction c of the power that would fall on the surface at normal incidence. The violation is therefore multiplied by
 //! the *largest cosine* of any incidence with the given t, `√(1 − y²) = tλ/d`, where y is the direction cosine along
-//! the grooves. In a medium of index n it is `tm·λ/(n·d)`. The bound [`BALANCE`] on the product therefore limits a
-//! power, in units of the power at normal incidence.
+//! the grooves. In a medium of index n it is `tm·λ/(n·d)`. The bound [`IMBALANCE_MAX`] on the product therefore limits
+//! a power, in units of the power at normal incidence.
 //!
 //! At wavelengths above d/t, where `tλ/d` exceeds 1, ky is imaginary. Such a solution is the analytic continuation that
 //! interpolation between wavelengths needs (`order_solver.rs`). It does not conserve power, so it is not checked.
 
 use super::GratingError;
-use super::rigorous_solver::{BALANCE, DOUBLINGS, Meshes};
+use super::rigorous_solver::{DOUBLINGS, IMBALANCE_MAX, Meshes};
 use sunbeam_rigorous::Scattering;
 
 /// Amplitudes for waves with t in the air and the Bloch phase b, at each wavelength in nm. `eta` is the dielectric's
@@ -59,7 +59,7 @@ pub(super) fn solve_balanced(
     for doublings in 0..=DOUBLINGS {
         let scattering = solve_after(doublings)?;
         (nodes, balance) = (meshes.after(doublings)?.nodes(), scattering.balance_error() * largest_cosine);
-        if is_continuation || balance <= BALANCE {
+        if is_continuation || balance <= IMBALANCE_MAX {
             return Ok(scattering);
         }
     }

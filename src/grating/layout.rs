@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 
 /// Layout of a table over wavelengths and cells.
 ///
-/// A cell with the index s is a region of incident waves at which s + 1 orders propagate; nodes within it are spaced
-/// equally in coordinates of p and q (`cell_position.rs`).
+/// A cell with the index s is a region of incident waves at which s + 1 orders propagate. Its nodes are spaced equally
+/// in coordinates that grow with p and q, the wave's position within the cell (`cell_position.rs`).
 ///
 /// Table data are words of 32 bits. The first `wavelengths · cells` words, `[wavelength][cell]`, are the offsets of the
 /// cells, counted in 16-bit halves of words from the beginning of the table. Cell `s` is
@@ -19,8 +19,8 @@ use serde::{Deserialize, Serialize};
 /// of the `s + 1` outgoing orders, by order number, and their sum. An entry is a 16-bit integer in units of 1/40 000
 /// (`efficiencies.rs`); two share a word, the lower half first.
 ///
-/// Tables of a film have channels in place of orders: orders above, then as many below. Tables of an interface have the
-/// cells and channels that [`InterfaceCells`] describes.
+/// Tables of a film have channels in place of orders: s + 1 orders above, then as many below, so 2(s + 1) rows of
+/// 2(s + 1) + 1 entries. Tables of an interface have the cells and channels that [`InterfaceCells`] describes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EfficiencyLayout {
     /// First wavelength in nm.
@@ -30,7 +30,7 @@ pub struct EfficiencyLayout {
     /// Number of wavelengths, at least two.
     pub wavelengths: u32,
     /// Number of cells at the shortest wavelength. Longer wavelengths use fewer: the first ones, or, at an interface,
-    /// the first ones of the air and the first ones of the medium. Unused cells have any offset.
+    /// the first ones of the air and the first ones of the medium. Offsets of unused cells have no meaning.
     pub cells: u32,
     /// Nodes along either side of a cell, at least two.
     pub nodes: u32,
@@ -39,8 +39,8 @@ pub struct EfficiencyLayout {
 }
 
 impl EfficiencyLayout {
-    /// Layout over equally spaced wavelengths `nm`, with this number of cells at the shortest, and of nodes along
-    /// either side of a cell.
+    /// Layout over equally spaced wavelengths `nm`, at least two, with this number of cells at the shortest, and of
+    /// nodes along either side of a cell.
     pub(super) fn new(nm: &[f64], cells: usize, nodes: usize, below: Below) -> Self {
         Self {
             first_nm: nm[0],
@@ -72,7 +72,7 @@ impl EfficiencyLayout {
 
     /// `ky/k` for light that comes from the direction `from` and leaves in the direction `to`: the mean of ky/k of both
     /// waves, which are equal if `to` lies exactly on an order. `from` points against the incident wave, hence the
-    /// minus.
+    /// minus. The magnitude exceeds 1, up to n, where light in the medium is totally reflected.
     #[inline(always)]
     pub(super) fn groove_cosine<N: Numbers>(&self, [from, to]: [[N::Real; 3]; 2]) -> N::Real {
         let [[_, in_y], [_, out_y]] = [from, to].map(|w| self.tangential::<N>(w));
@@ -80,7 +80,7 @@ impl EfficiencyLayout {
     }
 
     /// Direction whose wave vector has the tangential part `[x, y]`, over k: below the relief where `is_below` is true,
-    /// else above it. The zero vector where `is_drawn` is false or the wave does not propagate.
+    /// else above it. The zero vector where no order was drawn (`is_drawn` is false) or the wave does not propagate.
     #[inline(always)]
     pub(super) fn direction<N: Numbers>(
         &self,
@@ -111,7 +111,7 @@ impl EfficiencyLayout {
 /// Body below the relief of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Below {
-    /// A body that absorbs all light that it does not reflect. Channels lie above the relief only.
+    /// A body that transmits nothing. Channels lie above the relief only.
     Reflector,
     /// A film with a flat lower side, below which light is in air again.
     Film,
@@ -129,9 +129,9 @@ impl Below {
 /// Cells of a table of an interface, of two kinds.
 ///
 /// - *Cells of the air*, for `|ky| < k`. Cell s has `s + 1` channels above, which propagate in all of the cell, and
-///   `s + 1 + 2·extra` below: the medium has more orders than the air, as tm > t, at either end of their range. Lines
-///   at which an order appears in the medium cross these cells; efficiencies have weak singularities there. In cell −1,
-///   light is totally reflected.
+///   `s + 1 + 2·extra` below. As tm > t, the medium has more orders than the air: at most `extra` at either end of
+///   their range. Lines at which an order appears in the medium cross these cells; efficiencies have weak singularities
+///   there. In cell −1, no order propagates in the air and light is totally reflected.
 /// - *Cells of the medium*, for `|ky| ≥ k`. Light in the medium is totally reflected and nothing propagates in the air.
 ///   Cell s has `s + 1` channels below; tm takes the place of t, and `extra` is 0.
 ///
@@ -141,6 +141,6 @@ impl Below {
 pub struct InterfaceCells {
     /// Refractive index of the medium, at least 1.
     pub eta: f64,
-    /// Number of cells of the air.
+    /// Number of cells of the air, with cell −1.
     pub air_cells: u32,
 }

@@ -5,23 +5,24 @@ use super::jones_shape::JonesShape;
 
 /// A solver of one grating at any incidence and wavelength. Tests replace it by closed forms.
 ///
-/// An incidence is given by t and b. `t = (d/λ)·√(1 − y²)`, with the period d and the direction cosine y along the
-/// grooves, bounds the wave numbers along x of orders that propagate in air. b is the Bloch phase, the fractional part
-/// of these wave numbers. Both are in units of 2π/d.
+/// An incidence is given by t and b, both in units of 2π/d with the period d. Order m has the wave number `b + m` along
+/// x. It propagates in air where `|b + m| < t`, with `t = (d/λ)·√(1 − y²)` and the direction cosine y along the
+/// grooves. The Bloch phase b matters only up to an integer, so it may be the wave number of any order.
 pub(super) trait OrderSolver: Sync {
     /// Unpolarised efficiencies between all orders that propagate at `t` and the Bloch phase `b`.
     ///
-    /// Returns one matrix for each wavelength in nm, with the elements `[incident · orders + outgoing]`. Both are order
-    /// numbers, from 0 by ascending m, and `orders` is the number of orders that propagate. A wavelength above `d/t`
-    /// has an imaginary wave number along the grooves; the result is then the analytic continuation from shorter
-    /// wavelengths, which interpolation needs. It may be negative.
+    /// Returns one matrix for each wavelength in nm, with the efficiency from order number `incident` to order number
+    /// `outgoing` at `[incident · orders + outgoing]`. Order numbers count from 0 by ascending m, and `orders` is the
+    /// number of orders that propagate. A wavelength above `d/t` has an imaginary wave number along the grooves. Its
+    /// efficiencies are then the analytic continuation from shorter wavelengths, which interpolation needs, and may be
+    /// negative.
     ///
     /// # Errors
     /// A point (t, b) that cannot be solved accurately enough.
     fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError>;
 
     /// Number of sides of the relief on which light arrives and leaves, 1 or 2. With two sides, channels take the place
-    /// of orders in the matrices: all orders above, then all below ([`EfficiencyLayout`]).
+    /// of orders in the matrices, twice as many: all orders above, then all below ([`EfficiencyLayout`]).
     ///
     /// [`EfficiencyLayout`]: super::EfficiencyLayout
     fn sides(&self) -> usize {
@@ -31,8 +32,8 @@ pub(super) trait OrderSolver: Sync {
 
 /// A solver that also gives polarisation.
 pub(super) trait ShapeSolver: OrderSolver {
-    /// Shapes of the Jones matrices between all orders, arranged like [`OrderSolver::efficiencies`]. A shape is a
-    /// matrix of unit power.
+    /// Shapes of the Jones matrices between all orders, arranged like [`OrderSolver::efficiencies`]. [`JonesShape`]
+    /// documents the scale of a shape and of its crossed elements.
     ///
     /// # Errors
     /// A point that cannot be solved accurately enough.

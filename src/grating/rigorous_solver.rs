@@ -2,7 +2,9 @@
 //! Its meshes also serve the solvers of films and interfaces.
 //!
 //! At a point (t, b), t is the bound of the propagating orders' wave numbers along x, and b their Bloch phase. Both are
-//! in units of 2π over the period d. y = ky/k is the component of a wave vector along the grooves over its length.
+//! in units of 2π over the period d. y = ky/k is the component of a wave vector along the grooves over its length. At
+//! wavelengths above d/t ky is imaginary. Such a solution is the analytic continuation that interpolation between
+//! wavelengths needs (`order_solver.rs`); it does not conserve power.
 //!
 //! A *mesh* is a set of nodes on the profile at which fields are solved. The *power balance* of a solution is the
 //! condition that all incident power is reflected, or reflected and absorbed.
@@ -18,12 +20,12 @@ use sunbeam_rigorous::{
     Air, Amplitudes, Discretisation, KY_SQUARED_RANGE, Medium, MetalTable, Profile, Resolution, check_size,
 };
 
-/// Largest accepted error of the power balance at a solved point, relative to the incident power, times the largest
+/// Largest accepted error of the power balance at a solved point, relative to the incident power and times the largest
 /// cosine of incidence at its `t`.
 ///
 /// It is about a tenth of the error of an order in the tables; smaller values need larger meshes. The cosine is small
 /// for light along the grooves, which carries a small fraction of the power that falls on a surface.
-pub(super) const BALANCE: f64 = 1e-3;
+pub(super) const IMBALANCE_MAX: f64 = 1e-3;
 /// Largest number of doublings of the nodes, which go on until the power balance holds. The cost of a solution grows as
 /// the cube of the number of nodes.
 pub(super) const DOUBLINGS: usize = 3;
@@ -45,7 +47,7 @@ pub(super) fn sufficient_resolution(
     let mut resolution = Resolution { nodes: 0, oversampling: 1 };
     for nm in RESOLVED_NM {
         let medium = medium_at(index, nm)?;
-        // The last argument, ky/k = 0, covers every direction.
+        // The last argument, ky/k = 0, is the strictest and so covers every direction.
         check_size(profile, &medium, nm, 0.0)?;
         let required = Resolution::new(profile, &medium, nm)?;
         resolution.nodes = resolution.nodes.max(required.nodes);
@@ -98,13 +100,14 @@ pub(super) struct RigorousSolver<'a> {
     meshes: &'a Meshes,
     /// Index of the medium by wavelength; `None` for a perfect conductor.
     index: Option<&'a SpectralIndex>,
-    /// Wavelengths in nm, and the tabulated response of the metal there; empty for a perfect conductor.
+    /// Wavelengths in nm, and the tabulated response of the metal there; empty for other media.
     tables: Vec<(f64, MetalTable<'a>)>,
 }
 
 impl<'a> RigorousSolver<'a> {
     /// A profile in air above a medium of this index by wavelength, or above a perfect conductor (`None`). A metal's
-    /// response is tabulated at `wavelengths_nm`; other wavelengths are solved without tables.
+    /// response on the first mesh is tabulated at `wavelengths_nm`, over ky² and the Bloch phase. Other wavelengths and
+    /// other media are solved without tables.
     ///
     /// # Errors
     /// An index that the solver refuses, and special functions that overflow.
@@ -115,7 +118,11 @@ impl<'a> RigorousSolver<'a> {
     ) -> Result<Self, GratingError> {
         let tables = wavelengths_nm
             .par_iter()
-            .map(|&nm| Ok(MetalTable::new(&meshes.first, &medium_at(index, nm)?, nm)?.map(|table| (nm, table))))
+            .map(|&nm| {
+                // `None` if the medium is no metal.
+                let table = MetalTable::new(&meshes.first, &medium_at(index, nm)?, nm)?;
+                Ok(table.map(|table| (nm, table)))
+            })
             .collect::<Result<Vec<_>, GratingError>>()?;
         Ok(Self { meshes, index, tables: tables.into_iter().flatten().collect() })
     }
@@ -140,19 +147,21 @@ impl<'a> RigorousSolver<'a> {
     /// # Errors
     /// [`GratingError::Unbalanced`] where no mesh suffices.
     fn solve_finer(&self, t: f64, b: f64, nm: f64) -> Result<Amplitudes, GratingError> {
-        let (mut nodes, mut balance) = (0, f64::INFINITY);
+        // Values of the last attempt, for the error.
+        let (mut nodes, mut imbalance) = (0, f64::INFINITY);
         for doublings in 1..=DOUBLINGS {
             let mesh = self.meshes.after(doublings)?;
             let amplitudes = mesh.air(t, b)?.solve(&medium_at(self.index, nm)?, nm)?;
-            (nodes, balance) = (mesh.nodes(), self.imbalance(&amplitudes, t, nm));
-            if balance <= BALANCE {
+            (nodes, imbalance) = (mesh.nodes(), self.imbalance(&amplitudes, t, nm));
+            if imbalance <= IMBALANCE_MAX {
                 return Ok(amplitudes);
             }
         }
-        Err(GratingError::Unbalanced { t, b, wavelength_nm: nm, nodes, balance })
+        Err(GratingError::Unbalanced { t, b, wavelength_nm: nm, nodes, balance: imbalance })
     }
 
-    /// Solves the orders at (t, b) at each wavelength in nm, and returns `extract(amplitudes, ky²/k²)` for each.
+    /// Solves the orders at (t, b) at each wavelength in nm, of which there is at least one. Returns
+    /// `extract(amplitudes, ky²/k²)` for each.
     ///
     /// # Errors
     /// A point that cannot be solved accurately enough.
@@ -170,8 +179,8 @@ impl<'a> RigorousSolver<'a> {
         for &nm in solved_nm {
             let mut amplitudes = self.solve(&air, nm)?;
             let ky_squared_ratio = self.ky_squared_ratio(t, nm);
-            // Power is not conserved in the continuation to imaginary ky.
-            if ky_squared_ratio >= 0.0 && self.imbalance(&amplitudes, t, nm) > BALANCE {
+            // Power is not conserved in the continuation to imaginary ky, so its balance is not checked.
+            if ky_squared_ratio >= 0.0 && self.imbalance(&amplitudes, t, nm) > IMBALANCE_MAX {
                 amplitudes = self.solve_finer(t, b, nm)?;
             }
             extracted.push(extract(&amplitudes, ky_squared_ratio));
@@ -181,12 +190,12 @@ impl<'a> RigorousSolver<'a> {
         Ok(extracted)
     }
 
-    /// Error of the power balance times the largest cosine of incidence at `t`: the quantity that [`BALANCE`] bounds.
+    /// Error of the power balance times the largest cosine of incidence at `t`: bounded by [`IMBALANCE_MAX`].
     fn imbalance(&self, amplitudes: &Amplitudes, t: f64, nm: f64) -> f64 {
         amplitudes.balance_error() * self.largest_cosine(t, nm).min(1.0)
     }
 
-    /// Largest cosine of incidence at `t` and a wavelength in nm: `√(1 − y²) = tλ/d`. Above 1, ky is imaginary.
+    /// Largest cosine of incidence at `t` and a wavelength in nm: `√(1 − y²) = tλ/d`. It exceeds 1 for imaginary ky.
     fn largest_cosine(&self, t: f64, nm: f64) -> f64 {
         t / (1e3 * self.meshes.profile.period_um() / nm)
     }
@@ -230,8 +239,8 @@ pub(super) fn medium_at(index: Option<&SpectralIndex>, nm: f64) -> Result<Medium
 
 /// Unpolarised efficiencies between all orders, `[incident · orders + outgoing]`.
 ///
-/// Amplitudes between the states Ey and Hy are proportional to ky. The continuation of their squared magnitudes to
-/// imaginary ky (`is_ky_real` false) is therefore negative.
+/// Amplitudes between different states, Ey and Hy, are proportional to ky. The continuation of their squared magnitudes
+/// to imaginary ky (`is_ky_real` false), where ky² is negative, is therefore negative.
 fn efficiencies(amplitudes: &Amplitudes, is_ky_real: bool) -> Vec<f64> {
     let sign = if is_ky_real { 1.0 } else { -1.0 };
     let orders = amplitudes.orders();

@@ -1,14 +1,19 @@
-//! Wave vectors of scattered light, as samplers need them: the incident one, and the range of outgoing ones.
+//! Wave vectors of a reflection or transmission, as samplers read them: the incident one, and the range of outgoing
+//! ones.
 
 use super::transparent::{BodyWave, TransparentBody};
 use crate::numeric::{Number, Numbers, Real};
 
-/// Smallest normal component w of the scattering vector in the weights of orders at a transparent body, in units of the
-/// wave number in vacuum. Weights are divided by w². Chosen: samplers tabulate powers over intervals of about this
-/// size, so their powers do not vanish at w = 0 as the true ones do. It affects the variance of samples only.
+/// Smallest |w| ([`Passage`]) in the weights of orders at a transparent body, in units of the wave number in vacuum.
+/// Weights are divided by w². Chosen: about the interval of w over which samplers interpolate powers linearly. The
+/// interpolated powers do not vanish at w = 0 as the true ones do. Larger values give orders of small |w| too few
+/// samples; smaller ones give them too many. Either only adds variance.
 const DIVISOR_MIN: f64 = 0.05;
 
-/// An incident direction, and the side of the relief on which light leaves. S is the relief's power spectrum.
+/// A reflection or transmission: an incident direction, and the side of the relief on which light leaves.
+///
+/// Wave vectors of directions point away from the relief. The scattering vector is the sum of the incident and the
+/// outgoing one, and w is its normal component. S is the relief's power spectrum.
 ///
 /// Lengths of wave vectors are in units of the wave number in the tables' medium: air at a bare relief, the cover, or
 /// the medium of a [`TransparentBody`].
@@ -16,20 +21,20 @@ const DIVISOR_MIN: f64 = 0.05;
 pub(crate) struct Passage<N: Numbers> {
     /// Tangential part of the incident wave vector, times [`Passage::turn`].
     pub tangential: [N::Real; 2],
-    /// Normal component of the incident wave vector: positive if light leaves on the incident side, else negative. The
-    /// scattering vector's normal component is `|normal + c|`, with c > 0 the outgoing normal component.
+    /// Magnitude of the incident wave vector's normal component, with a minus in transmission. Then
+    /// `|w| = |normal + c|`, where c > 0 is the magnitude of the outgoing normal component.
     pub normal: N::Real,
     /// Squared length of outgoing wave vectors: 1 in the tables' medium, 1/n² in air beside a medium of index n.
     pub outgoing_squared: N::Real,
     /// Largest tangential length of outgoing wave vectors.
     pub reach: N::Real,
-    /// −1 where S is read at the opposite frequency: where the incident or the outgoing light lies below the relief.
-    /// Samplers then draw the opposite of wave vectors. 1 elsewhere.
+    /// Sign of w at the mirror or refracted direction: −1 where the incident or the outgoing light lies below the
+    /// relief, else 1. S of a negative w is that of −w at the opposite frequency, so samplers then draw the opposite of
+    /// wave vectors. They take this sign for all outgoing directions, though w of some may differ in transmission.
     pub turn: N::Real,
-    /// Typical normal component of the scattering vector; `None` where samplers estimate it.
+    /// Typical |w|, at which samplers read S; `None` where they estimate it.
     pub typical_normal: Option<N::Real>,
-    /// Smallest normal component of the scattering vector, by whose square the power of an order is divided; `None`
-    /// where it is not divided.
+    /// Smallest |w| where the power of an order is divided by w²; `None` where it is not divided.
     pub divisor_min: Option<f64>,
 }
 
@@ -57,8 +62,7 @@ impl<N: Numbers> Passage<N> {
         let one = lit(1.0);
         let is_reflected = (wi.is_below & to_below) | (!wi.is_below & !to_below);
         let turn = N::Real::select(wi.is_below | to_below, -one, one);
-        // Typical normal components of the scattering vector, in units of the wave number in the medium: |cn − c1| at
-        // the refracted direction, and twice the incident one at the mirror direction (symbols: `transparent.rs`).
+        // Typical |w|: in transmission that of the refracted direction, in reflection that of the mirror direction.
         let refracted = (wi.other_normal - wi.normal).abs();
         let reflected = wi.normal + wi.normal;
         Self {
@@ -68,6 +72,7 @@ impl<N: Numbers> Passage<N> {
             reach: N::Real::select(to_below, lit(body.reach(true)), lit(body.reach(false))),
             turn,
             typical_normal: Some(N::Real::select(is_reflected, reflected, refracted)),
+            // Both in units of the wave number in the medium.
             divisor_min: Some(body.normal_min.max(DIVISOR_MIN / body.eta)),
         }
     }

@@ -4,10 +4,11 @@
 //!   frequencies fx = jx/Lx and fy = jy/Ly in cycles/µm, and the direction φ = atan2(fy, fx).
 //! - An *axis bin* j of the x axis sums the power of all waves with |jx| = j within 45° of that axis, for any jy.
 //!   Axis bins of the y axis likewise. Axis bin 0 is empty, since its only wave is the mean.
-//! - The dominant period is the extent divided by the position of the axis bin j that maximises j·power(j). Powers of
-//!   higher bins are smoothed beforehand ([`REFINED_MIN`]). A parabola through the peak and its neighbours refines the
-//!   position to a fraction of a bin. The factor j, the frequency, favours a grating over the slow undulation of
-//!   natural surfaces.
+//! - A peak is an axis bin j whose power is at least that of its two neighbours. Powers from bin [`REFINED_MIN`] on
+//!   are smoothed beforehand.
+//! - The dominant period is the extent divided by the position j of the peak with the largest j·power(j). The factor j,
+//!   the frequency, favours a grating over the slow undulation of natural surfaces. A parabola through the peak and its
+//!   neighbours refines its position to a fraction of a bin.
 
 use super::{Direction, Fft2};
 use crate::height_field::HeightField;
@@ -18,12 +19,12 @@ use sunbeam_fourier::num_complex::Complex64;
 /// Fraction of the heights' variance at or below which a peak is attributed to rounding. Chosen: larger values miss
 /// weak periods; smaller ones mistake rounding for periods.
 const POWER_FRACTION_MIN: f64 = 1e-9;
-/// Smallest axis bin that is smoothed and refined by its neighbours. Neighbours of lower bins hold other waves: bin 1
-/// the tilt of the relief, bins 2 and 3 harmonics.
+/// Smallest axis bin that is smoothed, and refined as a peak, by its neighbours. Bins 1 and 2 are not, since their
+/// neighbours hold other waves: bin 1 the tilt of the relief, bins 2 and 3 the harmonics of bin 1.
 const REFINED_MIN: usize = 3;
 /// Half width of the band of frequencies that counts for a period's power and direction, as a fraction of its
-/// frequency; see [`Period::power_share`]. Chosen: larger values include more of an irregular pattern; smaller ones
-/// exclude other patterns.
+/// frequency. It is at least one axis bin; see [`Period::power_share`]. Chosen: larger values include more of an
+/// irregular pattern; smaller ones exclude other patterns.
 const BAND: f64 = 0.1;
 
 /// Dominant period along one axis.
@@ -31,10 +32,11 @@ const BAND: f64 = 0.1;
 pub struct Period {
     /// Period along the axis, in µm.
     pub period_um: f64,
-    /// Direction of the wave vector in degrees from +x, in (−90, 90].
+    /// Mean direction of the wave vectors in degrees from +x, in (−90, 90], weighted by power, of the waves that
+    /// `power_share` counts.
     pub direction_deg: f64,
-    /// Fraction of the heights' variance within 10 % of this frequency along the axis, or one bin if that is more, in
-    /// waves within 45° of the axis.
+    /// Fraction of the heights' variance, after the window, in waves within 45° of the axis whose frequency along the
+    /// axis differs from that of the period by at most 10 %, or by one bin if that is more.
     pub power_share: f64,
 }
 
@@ -108,7 +110,7 @@ pub fn periods(field: &HeightField, repeats: bool) -> Periods {
     Periods { x: peak(&along_x, lx, total, repeats), y: peak(&along_y, ly, total, repeats) }
 }
 
-/// Signed number of a bin in FFT order, of `n` bins along an axis.
+/// Signed number, in (−n/2, n/2], of a bin in FFT order, of `n` bins along an axis.
 fn signed(bin: usize, n: usize) -> i64 {
     if 2 * bin > n { bin as i64 - n as i64 } else { bin as i64 }
 }
@@ -125,6 +127,7 @@ fn peak(bins: &[AxisBin], extent_um: f64, total: f64, repeats: bool) -> Option<P
     };
     // Bin 1 of a field that does not repeat contains a part of its tilt.
     let first = if repeats { 1 } else { 2 };
+    // Smoothing also gives power to an empty bin, which is no peak.
     let best = (first..bins.len())
         .filter(|&j| smooth(j) >= smooth(j - 1) && smooth(j) >= smooth(j + 1) && raw(j) > 0.0)
         .max_by(|&a, &b| (a as f64 * smooth(a)).total_cmp(&(b as f64 * smooth(b))))?;
@@ -138,6 +141,7 @@ fn peak(bins: &[AxisBin], extent_um: f64, total: f64, repeats: bool) -> Option<P
         power += bins[j].power;
         direction += bins[j].direction;
     }
+    // NaN where the powers overflow.
     let power_share = power / total;
     if power_share.is_nan() || power_share <= POWER_FRACTION_MIN {
         return None;

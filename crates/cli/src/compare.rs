@@ -33,7 +33,7 @@ pub(crate) struct CompareArgs {
     mask: Option<PathBuf>,
 }
 
-/// The JSON object that the command prints.
+/// The JSON object that the command prints. Paths are those of the arguments.
 #[derive(Serialize)]
 struct Report<'a> {
     a: &'a PathBuf,
@@ -48,6 +48,8 @@ struct Report<'a> {
     pixels: usize,
     /// Exposure of the pictures as shown: the given one or the default.
     exposure_stops: f64,
+    /// The figures of the compared pixels. Outside the mask both pictures are black only so that FLIP's filters bring
+    /// nothing in from there.
     #[serde(flatten)]
     figures: Figures,
 }
@@ -58,6 +60,7 @@ pub(crate) fn run(args: &CompareArgs) -> Outcome {
     let mask = args.mask.as_ref().map(Mask::read).transpose()?;
     let found = compare(&a, &b, mask.as_ref(), args.exposure)?;
     if let Some(file) = &args.png {
+        // Size and 8-bit sRGB bytes of the three pictures side by side.
         let (size, bytes) = found.shown.sheet(&found.flip_map);
         file.write(&encode::png(size, png::ColorType::Rgb, &bytes)?)?;
     }

@@ -4,6 +4,9 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 /// Reason why a height field was refused. Messages about values name the value found and the values accepted.
+///
+/// Fields named `parameter` are names of the user's parameters. Names of [`Fill`](crate::Fill) and of presets in
+/// messages are literals: a new one must be added there.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the message of each variant names its fields")]
@@ -17,9 +20,9 @@ pub enum HeightFieldError {
     /// A height is NaN or infinite. Rows and columns count from 0, in the order of the array or file they came from.
     #[error("the height at row {row}, column {column} is {value}; every height must be finite")]
     NotFinite { row: usize, column: usize, value: f64 },
-    /// Points of an array without a height, and no [`Fill`](crate::Fill); or no point with a height. Row and column of
-    /// the first count from 0, in the order of the array. `isolated` lists numbers that were recognised as missing by
-    /// their distance from all heights.
+    /// Points of an array without a height, and [`Fill::None`](crate::Fill::None); or no point with a height. Row and
+    /// column of the first count from 0, in the order of the array. `isolated` continues the message with the numbers
+    /// that were recognised as missing by their distance from all heights. It begins with "; ", or is empty.
     #[error(
         "{count} of {total} heights are missing (NaN, infinite, from ±1e30 on, or masked{isolated}), the first at \
          row {row}, column {column}; `fill` puts heights there: laplace or mean, from those that are known"
@@ -37,10 +40,10 @@ pub enum HeightFieldError {
     /// A number outside of its accepted range.
     #[error("`{parameter}` is {found}; it must be in [{low}, {high}]")]
     NotWithin { parameter: &'static str, found: f64, low: f64, high: f64 },
-    /// A length that must be finite and positive is not.
+    /// A length that must be finite and positive is not; any such length is accepted.
     #[error("`{parameter}` is {value_um} µm; it must be finite and positive")]
     OutOfRange { parameter: &'static str, value_um: f64 },
-    /// A length beyond those of reliefs that diffract light.
+    /// A length beyond those of reliefs that diffract light ([`MAX_LENGTH_UM`](crate::MAX_LENGTH_UM)).
     #[error(
         "{what} is {value_um} µm, more than the {limit_um} µm of the largest relief that diffracts; lengths are in \
          µm: was it meant in nm, or is the file's unit wrong?"
@@ -90,7 +93,7 @@ pub enum HeightFieldError {
         path.display()
     )]
     Missing { path: PathBuf, count: usize, total: usize, row: usize, column: usize, isolated: String },
-    /// A rectangle that extends beyond the field or holds no pixel.
+    /// A rectangle that extends beyond the field or holds no pixel. (x, y) is its corner of smallest x and y.
     #[error(
         "the rectangle at ({x_um}, {y_um}) µm of {width_um} × {height_um} µm does not lie within the field of \
          {extent_x_um} × {extent_y_um} µm, or holds the centre of no pixel"

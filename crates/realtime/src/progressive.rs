@@ -1,8 +1,9 @@
 //! Pictures that begin coarse and become finer while nothing changes. The window (crates/window) and the page in a
 //! browser (crates/web) show them.
 //!
-//! A [`Progressive`] holds a scene, a method and a [`Job`], and decides how fine the next picture is. It never waits
-//! for the GPU. The caller takes a [`Frame`] from it, draws the frame, blocking or not, and hands the frame back:
+//! A [`Progressive`] holds a scene, a method and a [`Job`], and decides how fine the next picture is: its [`Level`]
+//! has a part of the pixels or all of them, and one or more rays per pixel. It never waits for the GPU. The caller
+//! takes a [`Frame`] from it, draws the frame, blocking or not, and hands the frame back:
 //!
 //! ```no_run
 //! # use sunbeam_realtime::{Gpu, GpuError, Renderer, progressive::Progressive};
@@ -91,15 +92,15 @@ pub struct Progressive {
     shader: Option<Rc<Shader>>,
     /// The job.
     job: Option<Job>,
-    /// The finest picture of the job so far.
+    /// The finest picture of the job so far; after [`Progressive::give_up`] that of the removed job.
     latest: Option<(Arc<Target>, Level)>,
-    /// Targets of earlier frames. Those that nobody else holds are drawn into again.
+    /// Targets of earlier frames, the oldest first. Those that nobody else holds are drawn into again.
     targets: Vec<Arc<Target>>,
-    /// Speed of the method.
+    /// Speed of the method, by which times of pictures are estimated.
     pace: Pace,
     /// Intended time in ms of the first picture after a change. Larger values show a finer first picture, but later.
     preview_ms: f64,
-    /// Number of changes of scene, method and job.
+    /// Number of changes of scene, method and job. A frame with a smaller number is stale.
     generation: u64,
 }
 
@@ -157,6 +158,7 @@ impl Progressive {
     }
 
     /// Removes the job, for instance after an error. [`Progressive::next_level`] is `None` until there is another job.
+    /// [`Progressive::latest`] stays, and a frame under way may still replace it.
     pub fn give_up(&mut self) {
         self.job = None;
     }
@@ -192,7 +194,8 @@ impl Progressive {
         levels::next(done, job.size, job.view.supersample, &self.pace, self.preview_ms)
     }
 
-    /// A picture of the job at this level, ready to be drawn; `None` if scene, method or job are missing.
+    /// A picture of the job at this level, that of [`Progressive::next_level`]; `None` if scene, method or job are
+    /// missing.
     ///
     /// # Errors
     /// The errors of [`Target::new`].
@@ -214,7 +217,7 @@ impl Progressive {
         }))
     }
 
-    /// Whether no scene, draft, method or job was set since the frame was made.
+    /// Whether the frame is not stale: no scene, draft, method or job was set since it was made.
     pub fn is_current(&self, frame: &Frame) -> bool {
         self.generation == frame.generation
     }
@@ -230,8 +233,8 @@ impl Progressive {
         }
     }
 
-    /// The scene to draw at a level: the draft for levels without all pixels and the full scene for the others. If one
-    /// of them is missing, the other is drawn at all levels.
+    /// The scene to draw at a level: the draft for levels with a part of the pixels and the full scene for the others.
+    /// If one of them is missing, the other is drawn at all levels.
     fn scene_at(&self, level: Level) -> Option<&Rc<Scene>> {
         let (preferred, other) =
             if level.divisor > 1 { (&self.draft, &self.scene) } else { (&self.scene, &self.draft) };

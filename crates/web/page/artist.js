@@ -1,8 +1,10 @@
 // The artist: the Web Worker with the page's canvas and the graphics device.
 //
 // It keeps the scene, the realtime method and the view that the page sends, and draws pictures of them in steps, from
-// coarse to fine. `artist` is the Rust object of crates/web/src/wasm/artist.rs. Its asynchronous calls must not
-// overlap, so each goes through the queue of `inTurn`, except the uploads to a device that `open` has just opened.
+// coarse to fine. `artist` is the Rust object of crates/web/src/wasm/artist.rs. Its calls that draw must not overlap,
+// so each asynchronous call goes through the queue of `inTurn`. `open` uploads without the queue: the method comes
+// last, and nothing can be drawn before. `set_view` may be called at any time.
+//
 // Events to the page: "drawn" with the report of a picture, "failed" with a message, and "lost" when the device is
 // lost.
 
@@ -26,9 +28,12 @@ let draft = null;
 let scene = null;
 /** The method's data. */
 let method = null;
-/** The last view that the page ordered: {settings, width, height, serial}, with JSON settings and sizes in pixels. */
+/**
+ * The last view that the page ordered: {settings, width, height, serial}, with JSON settings and sizes in pixels. By
+ * the serial number the page tells which of its orders a picture answers.
+ */
 let view = null;
-/** Number of changes of view, scene, method and device so far. */
+/** Number of changes of view, scene, method and device so far, as counted by `restart`. */
 let changeCount = 0;
 /** Whether `drawAll` is running. */
 let drawing = false;
@@ -36,7 +41,7 @@ let drawing = false;
 let shown = null;
 /** Time in ms of the last change of the view. */
 let viewChangedAt = -Infinity;
-/** Ends `rest` early. */
+/** Ends the present `rest` early. */
 let endRest = () => {};
 /** Promise of the last queued task. It never fails. */
 let queue = Promise.resolve();
@@ -48,7 +53,7 @@ function inTurn(task) {
   return done;
 }
 
-/** Waits until REST_MS have passed since the view's last change, or until it changes again. */
+/** Waits until REST_MS have passed since the view's last change, or until the next change of any kind. */
 async function rest() {
   const ms = viewChangedAt + REST_MS - performance.now();
   if (ms <= 0) return;
@@ -60,7 +65,7 @@ async function rest() {
 
 /**
  * Draws the next finer picture and updates `shown`. Returns false if `shown` stays: there is no finer picture, data are
- * missing, or a change has stopped the drawing. `handledChanges` is the number of changes that `drawAll` has handled.
+ * missing, or a change has stopped the drawing. `handledChanges` is `changeCount` as `drawAll` has last read it.
  */
 async function step(handledChanges) {
   // Serial number of the order at the start of the drawing, since the view may change while it is drawn.
@@ -73,8 +78,8 @@ async function step(handledChanges) {
     shown = { serial, ...JSON.parse(report) };
     return true;
   }
-  // Nothing was drawn. If all changes are handled, the picture shown already fits the last order and gets its serial
-  // number, for instance when only its number is new.
+  // Nothing was drawn. Without a further change the picture shown is that of the last order. It gets the order's serial
+  // number, which may be all that is new.
   if (!shown || handledChanges !== changeCount || shown.serial === serial) return false;
   shown.serial = serial;
   return true;
@@ -85,7 +90,7 @@ async function drawAll() {
   if (drawing || !artist) return;
   drawing = true;
   try {
-    // `changeCount` is at least 1 here. It grows if `restart` is called during the drawing, which is then repeated.
+    // `changeCount` is at least 1 here. If `restart` increases it during the drawing, the drawing is repeated.
     for (let handledChanges = 0; artist && handledChanges !== changeCount; ) {
       handledChanges = changeCount;
       while (await step(handledChanges)) {
@@ -110,9 +115,9 @@ function restart() {
   drawAll();
 }
 
-// Messages of the page; engine.js has a method for each.
+// Messages of the page; engine.js has a method for each, and crates/web/README.md has the units and layouts of results.
 answer({
-  // Data that are kept from a lost device are uploaded again.
+  // Opens a device on the canvas. Data that are kept from a lost device are uploaded again.
   async open({ canvas }) {
     const opened = await sunbeam.Artist.open(canvas);
     shown = null;
@@ -146,6 +151,7 @@ answer({
     viewChangedAt = performance.now();
     restart();
   },
+  // The picture shown.
   pixels: () =>
     inTurn(async () => {
       const [width, height] = artist.size();
@@ -157,12 +163,15 @@ answer({
       await artist.draw();
       return artist.png();
     }),
+  // Draws the finest picture at once.
   draw: () => inTurn(async () => JSON.parse(await artist.draw())),
+  // The point seen at (x, y), each in [0, 1) from the upper left of the picture; nothing without a device.
   query: ({ x, y }) =>
     inTurn(async () => {
       const found = await artist?.query(x, y);
       return found && JSON.parse(found);
     }),
   map: ({ wi, side }) => inTurn(() => artist?.map(wi, side)),
+  // Destroys the device, for tests.
   lose: () => artist.lose(),
 });

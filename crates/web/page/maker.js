@@ -1,7 +1,8 @@
-// The maker: a Web Worker that reads files and builds data by the calls of crates/web/src/wasm/maker.rs.
+// The maker: a Web Worker that reads files and builds data by the calls of crates/web/src/wasm/maker.rs, which has the
+// units and layouts of their arguments and results.
 //
 // Its calls block. To cancel one, the page ends the worker and starts another. The maker holds one relief and the
-// evaluators that were built from it.
+// evaluators that were built from it. The page builds each of these before it calls a message that uses it.
 
 import * as sunbeam from "./wasm/sunbeam_web.js";
 import { answer } from "./answering.js";
@@ -10,23 +11,24 @@ import { answer } from "./answering.js";
 const PICTURE_SIDE = 512;
 
 // Objects of the library, which are not garbage collected: `free` releases their memory.
-/** The levelled heights. */
+/** The relief: levelled heights; null until the first message `relief`. */
 let relief = null;
 /** Evaluator of colours on the CPU; null until it is built for the relief. */
 let reflectance = null;
 /** Evaluator of spectra; null until it is built for the relief. */
 let spectra = null;
 
-// Messages of the page; engine.js has a method for each. `settings` is JSON.
+// Messages of the page; engine.js has a method for each. `settings` is JSON; `progress` takes a fraction in [0, 1].
 answer({
+  // Reads a preset, or `file` where there is one, and returns a summary and a picture of the relief.
   async relief({ settings, file }) {
     const bytes = file ? new Uint8Array(await file.arrayBuffer()) : undefined;
     // If this throws, the old relief stays.
-    const read = new sunbeam.Relief(settings, bytes);
+    const next = new sunbeam.Relief(settings, bytes);
     relief?.free();
     reflectance?.free();
     spectra?.free();
-    relief = read;
+    relief = next;
     reflectance = spectra = null;
     const picture = relief.picture(PICTURE_SIDE);
     const { width, height, bar_um, um_per_pixel, rgba } = picture;
@@ -36,9 +38,10 @@ answer({
   async checksum({ file }) {
     return sunbeam.sha256(new Uint8Array(await file.arrayBuffer()));
   },
+  // Bytes of the method's tables for the artist, the worker that draws.
   method: ({ settings }, progress) => relief.method(settings, progress),
   reflectance({ settings }, progress) {
-    // Freed first, so that both do not need memory at the same time.
+    // The old evaluator is freed first, so that both do not need memory at the same time.
     reflectance?.free();
     reflectance = null;
     reflectance = relief.reflectance(settings, progress);
@@ -48,7 +51,8 @@ answer({
     spectra = null;
     spectra = relief.spectra(settings, progress);
   },
-  // The refractive index may have changed since the evaluators were built (`Settings::keys`).
+  // The refractive index may have changed since an evaluator was built: most evaluators keep no data that depend on it
+  // (`Settings::keys`). `map` and `spectrum` therefore set it.
   map({ settings, theta_deg, phi_deg, side }, progress) {
     reflectance.set_index(settings);
     return reflectance.map(theta_deg, phi_deg, side, progress);
@@ -57,5 +61,6 @@ answer({
     spectra.set_index(settings);
     return spectra.spectrum(wi, wo);
   },
+  // Bytes of the scene's mesh and texture for the artist; coarser where `draft` is true.
   scene: ({ settings, draft }, progress) => sunbeam.make_scene(settings, draft, progress),
 });

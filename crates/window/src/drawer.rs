@@ -1,5 +1,7 @@
-//! The thread that draws. The window posts orders; the thread reads them between steps of the [`Artist`], and sends its
-//! results as events. An order may end the step under way, if the step is not worth finishing ([`Change`]).
+//! The thread that draws. The window posts *orders*: another scene, method, job or cursor, or a screenshot. The thread
+//! works in *steps* of the [`Artist`]: it draws one picture or map, or writes the screenshot. It reads orders between
+//! steps and sends results as events. An order may end the step under way, if the step is not worth finishing
+//! ([`Change`]).
 
 use super::artist::{Artist, Done, Failure, Picture, Shot, Step};
 use super::hemisphere::BrdfMap;
@@ -45,11 +47,12 @@ struct Shared {
     pending: Mutex<Pending>,
     /// Wakes the thread when an order has been posted.
     arrived: Condvar,
-    /// Flag that ends the step under way ([`Artist::set_method`]).
+    /// Flag that ends the step under way: evaluations of the method then fail with [`GpuError::Stopped`]
+    /// ([`Artist::set_method`]).
     stop: Arc<AtomicBool>,
 }
 
-/// Orders posted since the thread last read them; `None` for no order.
+/// Orders posted since the thread last read them, `None` for no order, and what may end the step under way.
 #[derive(Default)]
 struct Pending {
     /// Mesh and its pigment.
@@ -58,14 +61,14 @@ struct Pending {
     method: Option<Box<dyn Method>>,
     /// View, optics and size of the pictures.
     job: Option<Job>,
-    /// Order of a map at a point, or, with an inner `None`, of no map.
+    /// Order of a map at a point of the picture, or, with an inner `None`, of no map; see [`Drawer::set_cursor`].
     cursor: Option<Option<[f32; 2]>>,
     /// Screenshot to save.
     shot: Option<Shot>,
     /// Whether the thread is to end.
     quit: bool,
-    /// The smallest change that ends the step under way. Between steps it has no effect, since the thread clears the
-    /// flag `stop` when it reads the orders.
+    /// The smallest change that ends the step under way; between steps the default. A flag `stop` that is set between
+    /// steps has no effect, since the thread clears it when it reads the orders.
     interruptible_by: Change,
 }
 
@@ -73,23 +76,25 @@ struct Pending {
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd)]
 enum Change {
     /// Another point under the cursor, or a screenshot.
-    Cursor,
+    CursorOrShot,
     /// Another job.
     Job,
-    /// Another method or mesh, or the end of the thread.
+    /// Another method or scene, or the end of the thread.
     #[default]
-    Method,
+    MethodOrScene,
 }
 
 impl Change {
-    /// The smallest change that ends a step of the artist.
+    /// The smallest change that ends a step of the artist. A step refines if it draws a finer picture or map than one
+    /// that has been drawn.
     fn smallest_to_end(step: Step, artist: &Artist) -> Self {
         match (artist.refines(step), artist.has_shot()) {
-            // A new job does not end a first picture or map: otherwise a drag would show no pictures.
-            (false, _) => Self::Method,
+            // A new job ends neither a first picture or map, since otherwise a drag would show no pictures, nor the
+            // writing of a screenshot.
+            (false, _) => Self::MethodOrScene,
             // The cursor does not end a picture for a screenshot.
             (true, true) => Self::Job,
-            (true, false) => Self::Cursor,
+            (true, false) => Self::CursorOrShot,
         }
     }
 }
@@ -117,12 +122,12 @@ impl Drawer {
 
     /// Draws another mesh from now on.
     pub(crate) fn set_scene(&self, mesh: Mesh, pigment: PigmentTexture) {
-        self.shared.post(Change::Method, |pending| pending.scene = Some((mesh, pigment)));
+        self.shared.post(Change::MethodOrScene, |pending| pending.scene = Some((mesh, pigment)));
     }
 
     /// Draws with another method from now on.
     pub(crate) fn set_method(&self, method: Box<dyn Method>) {
-        self.shared.post(Change::Method, |pending| pending.method = Some(method));
+        self.shared.post(Change::MethodOrScene, |pending| pending.method = Some(method));
     }
 
     /// Draws this job from now on.
@@ -130,21 +135,22 @@ impl Drawer {
         self.shared.post(Change::Job, |pending| pending.job = Some(job));
     }
 
-    /// Draws maps of this point from now on, each coordinate in [0, 1) from the upper left; `None` for no maps.
+    /// Draws BRDF maps of this point of the picture from now on; `None` for no maps. Each coordinate is in [0, 1) from
+    /// the picture's upper left.
     pub(crate) fn set_cursor(&self, cursor: Option<[f32; 2]>) {
-        self.shared.post(Change::Cursor, |pending| pending.cursor = Some(cursor));
+        self.shared.post(Change::CursorOrShot, |pending| pending.cursor = Some(cursor));
     }
 
     /// Saves the finest picture of the job as soon as it is drawn.
     pub(crate) fn save(&self, shot: Shot) {
-        self.shared.post(Change::Cursor, |pending| pending.shot = Some(shot));
+        self.shared.post(Change::CursorOrShot, |pending| pending.shot = Some(shot));
     }
 }
 
 impl Drop for Drawer {
     /// Waits for the thread: drivers may crash in a process that ends while another thread uses them.
     fn drop(&mut self) {
-        self.shared.post(Change::Method, |pending| pending.quit = true);
+        self.shared.post(Change::MethodOrScene, |pending| pending.quit = true);
         if let Some(thread) = self.thread.take() {
             // The message of a panic has been printed already.
             let _ = thread.join();
@@ -196,9 +202,11 @@ impl Shared {
                 Ok(Some(Done::Picture(picture))) => reporter.report(Event::Picture(picture)),
                 Ok(Some(Done::Map(map))) => reporter.report(Event::Map(map)),
                 Ok(Some(Done::Saved(path))) => reporter.report(Event::Saved(path)),
+                // The step had nothing to draw, or was ended by an order.
                 Ok(None) | Err(Failure::Gpu(GpuError::Stopped)) => {}
                 Err(error) => {
-                    // The step would fail again. A screenshot that could not be written is dropped already.
+                    // Without its job the step is not repeated, as it would fail again. A screenshot that could not be
+                    // written is dropped already.
                     if !matches!(error, Failure::File(_)) {
                         artist.give_up();
                     }
@@ -208,8 +216,8 @@ impl Shared {
         }
     }
 
-    /// Sets the smallest change that ends the next step. Returns false if an order has been posted, which must be read
-    /// first.
+    /// Sets the smallest change that ends the next step. Returns false, and sets nothing, if an order has been posted,
+    /// which must be read first.
     fn begin(&self, interruptible_by: Change) -> bool {
         let mut pending = self.lock();
         if !pending.is_empty() {
@@ -219,7 +227,7 @@ impl Shared {
         true
     }
 
-    /// Hands the orders to the artist, up to the first one that fails. Orders after it are dropped.
+    /// Hands the orders to the artist. If the scene fails, the method is dropped.
     fn hand_over(&self, orders: Pending, artist: &mut Artist, reporter: &Reporter) -> Result<(), GpuError> {
         // Scene and method come last, because only they can fail.
         if let Some(job) = orders.job {

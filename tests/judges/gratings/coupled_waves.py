@@ -1,7 +1,9 @@
-"""Order efficiencies of gratings across the grooves by rigorous coupled-wave analysis, the package `meent`.
+"""Efficiencies of gratings by rigorous coupled-wave analysis, the package `meent`, for light across the grooves.
 
-A perfect conductor is the limit of a metal of index iκ for large κ, with a difference of about 1/κ. The field in the
-walls decays within λ/2πκ, so a larger κ needs more harmonics.
+Orders and the sign of `theta_i_deg` are those of __init__.py. TE has the electric field along the grooves, TM the
+magnetic field. A perfect conductor is the limit of a metal of index i·extinction for a large extinction; efficiencies
+differ by about 1/extinction. The field in the metal decays within λ/(2π·extinction), so a larger extinction needs more
+harmonics.
 """
 
 from __future__ import annotations
@@ -13,9 +15,10 @@ import numpy as np
 from mitsuba_scenes.environment import REPOSITORY, SetupError
 
 REQUIREMENTS = REPOSITORY / "requirements-validity.lock"
-# Samples of the period for the package's Fourier series. Chosen; an even number gives a duty of exactly 1/2.
+# Samples of the period for the package's Fourier series. Chosen: an even number gives `lamellar` a duty of exactly 1/2;
+# fewer place the edges of other profiles less exactly.
 SAMPLES = 1024
-# The package's numbers of the polarisations.
+# The package's numbers of the two polarisations.
 TE, TM = 0, 1
 
 
@@ -32,8 +35,9 @@ def solved(
     """The package's result for one polarisation, TE or TM.
 
     Its `de_ri` and `de_ti` are the reflected and transmitted efficiencies of the orders −harmonics … harmonics.
-    `layers` has refractive indices, (layers, 1, SAMPLES), from the top down; each layer is `layer_um` high. Light comes
-    from air, and `index` is that of the medium below. Raises SetupError without the package.
+    `layers` has refractive indices, (number of layers, 1, SAMPLES), from the top down and along x; each layer is
+    `layer_um` high. Light comes from air above, and `index` is the refractive index of the medium below. More
+    `harmonics` are more exact and take longer. Raises SetupError without the package.
     """
     try:
         import meent
@@ -41,7 +45,7 @@ def solved(
         raise SetupError(
             f"the page validity needs the package meent: run `.venv/bin/pip install -r {REQUIREMENTS.name}`"
         ) from error
-    # The package's angle has the opposite sign, and its lengths are in nm. Backend 0 is NumPy. The grating has no
+    # The package's angle has the opposite sign of θi, and its lengths are in nm. Backend 0 is NumPy. The grating has no
     # harmonics (`fto`) along y, so its period along y, 1000 nm, has no effect.
     solver = meent.call_mee(
         backend=0,
@@ -61,14 +65,16 @@ def solved(
 
 
 def lamellar(
-    period: float, height: float, wavelength_nm: float, theta_i_deg: float, extinction: float, harmonics: int
+    period_um: float, height_um: float, wavelength_nm: float, theta_i_deg: float, extinction: float, harmonics: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """TE and TM efficiencies of the orders −harmonics … harmonics for a lossless metal of index i·extinction.
+    """Reflected TE and TM efficiencies of the orders −harmonics … harmonics for a metal of index i·extinction.
 
-    The profile has a duty of 1/2; `period` and `height` are in µm.
+    The metal is lossless, since its permittivity is real. Ridges and grooves are half a period wide.
     """
     metal = 1j * extinction
     layer = np.array([[[metal] * (SAMPLES // 2) + [1.0] * (SAMPLES // 2)]], dtype=complex)
     light = (wavelength_nm, theta_i_deg)
-    te, tm = (solved(layer, height, period, *light, metal, harmonics, polarisation).de_ri for polarisation in (TE, TM))
+    te, tm = (
+        solved(layer, height_um, period_um, *light, metal, harmonics, polarisation).de_ri for polarisation in (TE, TM)
+    )
     return np.asarray(te).ravel(), np.asarray(tm).ravel()

@@ -1,5 +1,6 @@
 //! The figures of a comparison, numbers that measure the differences of two pictures: of their radiance (RMSE, relative
-//! MSE), and as shown on a screen (PSNR, CIEDE2000, FLIP). display.rs defines how a picture is shown.
+//! MSE), and as shown on a screen (PSNR, CIEDE2000, FLIP). A picture as shown is exposed and clipped to [0, 1]
+//! (display.rs).
 
 use super::{DisplayPair, Picture};
 use serde::Serialize;
@@ -15,14 +16,14 @@ pub(crate) struct Figures {
     /// Root mean square of `b − a` over pixels and channels, in units of the pictures' radiance.
     pub(crate) rmse: f64,
     /// Mean of `(b − a)²/(a² + ε²)` over pixels and channels; ε is [`RELATIVE_EPSILON`] times the mean of `|a|`, so the
-    /// figure does not depend on the unit of radiance. `None` if `a` is black and `b` is not.
+    /// figure does not depend on the unit of radiance. `None`, since infinite, if `a` is black and `b` is not.
     pub(crate) relative_mse: Option<f64>,
-    /// Peak signal-to-noise ratio of the sRGB-encoded pictures as shown, with the peak 1, in dB. `None` for equal
-    /// pictures, whose ratio is infinite.
+    /// Peak signal-to-noise ratio of the sRGB-encoded pictures as shown, with the peak 1, in dB. `None` for pictures
+    /// that are equal as shown, whose ratio is infinite.
     pub(crate) psnr_db: Option<f64>,
     /// CIEDE2000 of the pictures as shown; the white point is (1, 1, 1).
     pub(crate) delta_e_2000: DeltaE,
-    /// FLIP of the pictures as shown, in 8 bits.
+    /// FLIP of the pictures as shown, rounded to 8 bits in sRGB.
     pub(crate) flip: Flip,
 }
 
@@ -49,26 +50,27 @@ pub(crate) struct Flip {
 impl Figures {
     /// The figures over the pixels with the indices `chosen`, at least one.
     ///
-    /// `shown` are both pictures as shown on a screen, and `flip_map` is FLIP's error of each of their pixels.
+    /// `shown` has both pictures as shown on a screen, and `flip_map` is FLIP's error of each of their pixels. All have
+    /// the same size.
     pub(super) fn new(a: &Picture, b: &Picture, chosen: &[usize], shown: &DisplayPair, flip_map: &[f32]) -> Self {
-        // Both pictures' values of every channel of the chosen pixels.
+        // Pairs of both pictures' values, for every channel of the chosen pixels.
         let channels = || {
             let pixels = chosen.iter().map(|&i| (a.pixels()[i], b.pixels()[i]));
             pixels.flat_map(|(a, b)| (0..3).map(move |c| (f64::from(a[c]), f64::from(b[c]))))
         };
         let channel_count = 3.0 * chosen.len() as f64;
-        let mean = |sum: f64| sum / channel_count;
-        let epsilon = RELATIVE_EPSILON * mean(channels().map(|(a, _)| a.abs()).sum());
+        let per_channel = |sum: f64| sum / channel_count;
+        let epsilon = RELATIVE_EPSILON * per_channel(channels().map(|(a, _)| a.abs()).sum());
         let squared_difference = |(a, b): (f64, f64)| (b - a) * (b - a);
-        let mse: f64 = mean(channels().map(squared_difference).sum());
+        let mse: f64 = per_channel(channels().map(squared_difference).sum());
         let relative = |(a, b): (f64, f64)| squared_difference((a, b)) / (a * a + epsilon * epsilon);
-        // Equal black pictures give 0/0.
-        let relative_mse = if mse == 0.0 { 0.0 } else { mean(channels().map(relative).sum()) };
+        // Equal black pictures would give 0/0. A black reference of another picture gives infinity or NaN.
+        let relative_mse = if mse == 0.0 { 0.0 } else { per_channel(channels().map(relative).sum()) };
 
         let [shown_a, shown_b] = shown.linear();
         let encoded = chosen.iter().map(|&i| (srgb_encode(shown_a[i]), srgb_encode(shown_b[i])));
         let encoded_channels = encoded.flat_map(|(a, b)| (0..3).map(move |c| (a[c], b[c])));
-        let encoded_mse = mean(encoded_channels.map(squared_difference).sum());
+        let encoded_mse = per_channel(encoded_channels.map(squared_difference).sum());
         let lab = |i: usize| (linear_srgb_to_lab(shown_a[i]), linear_srgb_to_lab(shown_b[i]));
         let mut delta_e: Vec<f64> = chosen.iter().map(|&i| lab(i)).map(|(a, b)| ciede2000(a, b)).collect();
         let mut flip: Vec<f64> = chosen.iter().map(|&i| f64::from(flip_map[i])).collect();
@@ -91,7 +93,8 @@ fn mean_of(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// The smallest of at least one value that a `fraction` of the values, in (0, 1], does not exceed. Reorders the values.
+/// The smallest value that a `fraction` of the values does not exceed. Requires at least one value, and a `fraction` in
+/// (0, 1]. Reorders the values.
 fn quantile(values: &mut [f64], fraction: f64) -> f64 {
     // Index among the sorted values, from 0.
     let rank = (fraction * values.len() as f64).ceil() as usize - 1;

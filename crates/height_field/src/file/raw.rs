@@ -14,12 +14,13 @@ use ndarray::{Array2, Axis};
 use std::path::Path;
 
 /// Largest relative difference between the option's scale and the file's that counts as agreement. The rounding of
-/// seven decimal digits is smaller, and so is that of a PNG's whole pixels per metre for pixels of up to 2 µm.
+/// seven decimal digits is smaller, and so is that of a PNG's whole pixels per metre for pixels of up to 2 µm. Larger
+/// values overlook contradictions; smaller ones refuse rounded options.
 const AGREEMENT: f64 = 1e-6;
 
 /// Meaning of the stored numbers.
 pub(super) enum Meaning {
-    /// Heights in a unit of `unit_um` µm; `unit` is its name, and the origin of this knowledge.
+    /// Heights in a unit of `unit_um` µm; `unit` has its name, and whether file or format gives it.
     Lengths { unit_um: f64, unit: Understood },
     /// Fractions of full scale: the number 0 is height 0, the number `full` is the largest height. `max_height_um` is
     /// this height, if the file gives it.
@@ -135,7 +136,7 @@ impl Raw {
         Self { channel: Some(Understood::new(source, name)), ..self }
     }
 
-    /// Refuses empty contents and impossible pixel sizes.
+    /// Refuses empty contents and impossible pixel sizes. Comes before [`Raw::into_field`].
     pub(super) fn check(&self) -> Result<(), String> {
         if self.values.is_empty() {
             return Err("it holds no points".to_owned());
@@ -149,11 +150,16 @@ impl Raw {
     }
 
     /// Converts to a height field: scales to µm, puts the bottom row first, and fills missing points.
+    ///
+    /// # Errors
+    /// Missing points that cannot or must not be filled, with the first one's row and column in the order of the file;
+    /// a scale that is missing or contradictory; the errors of [`HeightField::new`].
     pub(super) fn into_field(mut self, path: &Path, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
         // Unit of the values in µm, for the detection of missing points; 1 if unknown.
         let unit_um = if let Meaning::Lengths { unit_um, .. } = self.meaning { unit_um } else { 1.0 };
         let holes = Holes::mark(&mut self.values, unit_um);
         let (count, total) = (holes.count, self.values.len());
+        // Without a known point there is nothing to fill from.
         if let Some((row, column)) = holes.first.filter(|_| options.fill == Fill::None || count == total) {
             let isolated = holes.isolated_in_words();
             return Err(HeightFieldError::Missing { path: path.to_owned(), count, total, row, column, isolated });
@@ -184,7 +190,7 @@ impl Raw {
         Ok(FileField { field, channel, filled: count, provenance: Some(provenance), doubts })
     }
 
-    /// Pixel size along x and y in µm, from the file or the option.
+    /// Pixel size along x and y in µm, from the file or the option. The option means square pixels.
     fn pixel_size(&self, path: &Path, scale: &FileScale) -> Result<(f64, f64), HeightFieldError> {
         let (parameter, path) = ("pixel_size", path.to_owned());
         match (&self.pixel, scale.pixel_size_um) {
@@ -255,7 +261,8 @@ fn understood_holes(holes: &Holes, total: usize, fill: Fill) -> Understood {
     if holes.count == 0 {
         return Understood::new(Source::File, "none");
     }
-    // Isolated numbers are recognised by their values alone (isolated.rs): a guess.
+    // Isolated numbers are recognised by their values alone (isolated.rs): a guess. The file counts as the origin if it
+    // marks at least one point.
     let guessed: usize = holes.isolated.iter().map(|(_, count)| count).sum();
     let source = if guessed == holes.count { Source::Guess } else { Source::File };
     let isolated = holes.isolated_in_words();

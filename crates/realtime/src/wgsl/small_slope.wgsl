@@ -3,11 +3,11 @@
 // (re, im).
 //
 // Symbols; the indices i and o mark the direction:
-//     c         cosθ
-//     w         c_i + c_o
-//     ε         permittivity (eta + i k)²
+//     c         cosθ, at least PAIR_COSINE_MIN (pair.wgsl)
+//     w         c_i + c_o, in code pair.q.z
+//     ε         permittivity (eta + i k)², relative to the medium above the relief: air or the cover
 //     φ         azimuth from the tangential direction of the arriving light (−wi) to that of the leaving light (wo)
-//     t         √(ε - sin²θ), normal component of the transmitted wave vector in units of the outer wave number
+//     t         √(ε - sin²θ), normal component of the transmitted wave vector, over the wave number above the relief
 //     D_s, D_p  c + t and εc + t, denominators of the Fresnel coefficients
 //     straight  sum of the powers from polarisation s to s and from p to p
 //     crossed   sum of the powers from s to p and from p to s
@@ -23,10 +23,10 @@
 // Smallest sinθi·sinθo to divide by. At smaller products one direction is nearly the normal, where the azimuth is lost
 // to rounding and has no effect.
 const SMALL_SLOPE_SINES_MIN: f32 = 1e-6;
-// Smallest |D|² to divide by; it only avoids a division by zero.
+// Smallest |D|² to divide by, which avoids a division by zero. Chosen so that products of two reciprocals stay finite.
 const SMALL_SLOPE_SQUARED_MODULUS_MIN: f32 = 1e-18;
 
-// Azimuth of a pair of directions.
+// Azimuth of a pair of directions, and the product of sines with which it occurs.
 struct SmallSlopeAzimuth {
     // cosφ.
     cos_phi: f32,
@@ -34,7 +34,7 @@ struct SmallSlopeAzimuth {
     sines: f32,
 }
 
-// Terms of one direction.
+// Terms of one direction at an interface.
 struct SmallSlopeTerms {
     // t.
     t: vec2<f32>,
@@ -63,7 +63,7 @@ fn small_slope_terms(c: f32, eps: vec2<f32>) -> SmallSlopeTerms {
     return SmallSlopeTerms(t, 1.0 / s_squared, 1.0 / p_squared);
 }
 
-// Q of an interface with the refractive index eta + i k.
+// Q of an interface with the relative refractive index eta + i k.
 fn small_slope(pair: Pair, eta: f32, k: f32) -> f32 {
     let eps = vec2<f32>((eta - k) * (eta + k), 2.0 * eta * k);
     let azimuth = small_slope_azimuth(pair);
@@ -71,9 +71,9 @@ fn small_slope(pair: Pair, eta: f32, k: f32) -> f32 {
     let o = small_slope_terms(pair.cos_o, eps);
     let i = small_slope_terms(pair.cos_i, eps);
     // Complex product t_i t_o.
-    let product = vec2<f32>(o.t.x * i.t.x - o.t.y * i.t.y, o.t.x * i.t.y + o.t.y * i.t.x);
+    let t_product = vec2<f32>(o.t.x * i.t.x - o.t.y * i.t.y, o.t.x * i.t.y + o.t.y * i.t.x);
     // Numerator of the amplitude from p to p.
-    let pp = product * azimuth.cos_phi - eps * azimuth.sines;
+    let pp = t_product * azimuth.cos_phi - eps * azimuth.sines;
     let straight = cos_squared * o.per_s_squared * i.per_s_squared + dot(pp, pp) * o.per_p_squared * i.per_p_squared;
     let crossed = (1.0 - cos_squared) *
         (dot(o.t, o.t) * o.per_p_squared * i.per_s_squared + dot(i.t, i.t) * i.per_p_squared * o.per_s_squared);
@@ -89,17 +89,17 @@ fn small_slope_conductor(pair: Pair) -> f32 {
     let cos_squared = azimuth.cos_phi * azimuth.cos_phi;
     let cosines = vec2<f32>(pair.cos_i, pair.cos_o);
     let squared = cosines * cosines;
-    let product = cosines.x * cosines.y;
+    let c_product = cosines.x * cosines.y;
     // cosφ - sinθi sinθo. The terms cancel for two grazing directions. Multiplied by sinθi sinθo, the difference is
     // c_i² + c_o² + c_i c_o - c_i² c_o² - |wi + wo|²/2, which does not cancel there. The second form divides by the
-    // product of the sines, so it is used only where the product is large: at least half its maximum, 1.
+    // product of the sines, so it is used only where the product is large. Chosen: at least half its maximum, 1.
     var difference = azimuth.cos_phi - azimuth.sines;
     if azimuth.sines >= 0.5 {
         difference =
-            (squared.x + squared.y + product - squared.x * squared.y - 0.5 * pair_sum_squared(pair)) / azimuth.sines;
+            (squared.x + squared.y + c_product - squared.x * squared.y - 0.5 * pair_sum_squared(pair)) / azimuth.sines;
     }
-    let straight = difference * difference + cos_squared * product * product;
+    let straight = difference * difference + cos_squared * c_product * c_product;
     let crossed = (1.0 - cos_squared) * (squared.x + squared.y);
     let w = pair.q.z;
-    return 2.0 / (w * w) * (straight + crossed) / product;
+    return 2.0 / (w * w) * (straight + crossed) / c_product;
 }
