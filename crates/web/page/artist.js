@@ -2,8 +2,7 @@
 //
 // It keeps the scene, the realtime method and the view that the page sends, and draws pictures of them in steps, from
 // coarse to fine. `artist` is the Rust object of crates/web/src/wasm/artist.rs. Its calls that draw must not overlap,
-// so each asynchronous call goes through the queue of `inTurn`. `open` uploads without the queue: the method comes
-// last, and nothing can be drawn before. `set_view` may be called at any time.
+// so each asynchronous call goes through the queue of `inTurn`. `set_view` may be called at any time.
 //
 // Events to the page: "drawn" with the report of a picture, "failed" with a message, and "lost" when the device is
 // lost.
@@ -120,16 +119,19 @@ answer({
   // Opens a device on the canvas. Data that are kept from a lost device are uploaded again.
   async open({ canvas }) {
     const opened = await sunbeam.Artist.open(canvas);
-    shown = null;
-    artist = opened;
-    opened.on_lost((message) => {
-      // Another device may be open already.
-      if (artist === opened) artist = null;
-      postMessage({ type: "lost", message });
+    // In the queue, so that data which arrive meanwhile are uploaded afterwards.
+    await inTurn(async () => {
+      shown = null;
+      artist = opened;
+      opened.on_lost((message) => {
+        // Another device may be open already.
+        if (artist === opened) artist = null;
+        postMessage({ type: "lost", message });
+      });
+      if (draft) await opened.set_scene(draft, true);
+      if (scene) await opened.set_scene(scene, false);
+      if (method) await opened.set_method(method);
     });
-    if (draft) await opened.set_scene(draft, true);
-    if (scene) await opened.set_scene(scene, false);
-    if (method) await opened.set_method(method);
     restart();
     return JSON.parse(opened.adapter());
   },
