@@ -30,7 +30,8 @@ using namespace mitsuba;
 /// another thread changes or deletes the instance. Only Mitsuba changes values, inside the textures.
 ///
 /// The lobe (lobe.h) gives the value of the bare relief. `Reflection` has the optics of a surface that only reflects,
-/// `Transmission` those of a body that transmits. This class builds the lobe's tables and chooses between the two.
+/// `Transmission` those of a body that transmits. This class builds the lobe's tables and chooses between the two. The
+/// *interface's factor* is the Fresnel reflectance or the small-slope factor, from `eta` and `k`.
 ///
 /// Directions `wi` and `wo` are unit vectors in the shading frame and point away from the surface.
 template <typename Float, typename Spectrum> class Optics {
@@ -163,8 +164,8 @@ private:
             rust::Box<Surface> surface = is_spectral_v<Spectrum>
                                              ? new_surface(rust_str(json), samples, sizes, polarised)
                                              : new_colour_surface(rust_str(json), samples, sizes, polarised);
-            // Colour tables include the factor of a known index. A perfect conductor has no index: its Fresnel
-            // reflectance is 1, but its small-slope factor has to be computed here.
+            // Colour tables include the interface's factor of a known index. A perfect conductor has no index: its
+            // Fresnel reflectance is 1, but its small-slope factor has to be computed here.
             m_reflection.interface_included =
                 surface->is_rigorous() ||
                 (!is_spectral_v<Spectrum> && samples.known && !(m_reflection.perfect && surface->is_small_slope()));

@@ -101,6 +101,7 @@ def run(options: argparse.Namespace) -> None:
     print(f"rendering {view.width} x {view.height}, {options.spp} samples a pixel, {variant}", flush=True)
     bsdf = skin_bsdf(skin, files.pigment, options.eta)
     result = picture.render(bsdf, files, light, view, options.spp, options.max_depth)
+    # Refuses values that are not finite, and a black picture.
     picture.check(result.pixels, str(options.output))
     png = picture.write(result.pixels, options.output, options.exposure)
     print(", ".join(f"{name} {value:.2f} s" for name, value in result.seconds.items()))

@@ -84,11 +84,13 @@ def skin_bsdf(parameters: dict, pigment: Path, eta: float = KERATIN) -> dict:
 
 
 def scale_values(values: np.ndarray) -> np.ndarray:
-    """A picture over the snake's UVs that has one number on each scale. Row 0 is at v = 0, column 0 at u = 0.
+    """A picture over the snake's UVs, (ROWS[1], ROWS[0]) times TEXELS, that has one number on each scale.
+
+    Row 0 is at v = 0, column 0 at u = 0.
 
     u runs along the body from head to tail, v around it. Scale (i, j), where i + j is even, has its centre at
-    u = i/ROWS[0], v = j/ROWS[1], and the number `values[i, j]`. Scales beyond the edges of the picture reach into it,
-    so i is from −1 to ROWS[0] + 1, and j from −1 to ROWS[1] + 1. `values` has an entry for each of them; its last row
+    u = i/ROWS[0], v = j/ROWS[1], and the number `values[i, j]`. i is from −1 to ROWS[0] + 1, and j from −1 to
+    ROWS[1] + 1; the outermost scales only touch the picture's edge. `values` has an entry for each index; its last row
     and column are those of index −1. The scales form a regular lattice; the tips of the mesh's are displaced at random
     by up to a twentieth of a half scale.
     """
@@ -119,7 +121,7 @@ def varied_skin(name: str) -> dict:
     """
     parameters = preset_skin(name)
     random = np.random.default_rng(SEED)
-    # One row and column for each index from −1 to one beyond ROWS (`scale_values`).
+    # One row and column for each index of `scale_values`, from −1 to ROWS + 1.
     shape = (ROWS[0] + 3, ROWS[1] + 3)
     sizes, turns = random.uniform(*SIZES, shape), random.normal(parameters.get("rotation", 0.0), TURN_DEG, shape)
     return {**parameters, "scale": raw_texture(scale_values(sizes)), "rotation": raw_texture(scale_values(turns))}

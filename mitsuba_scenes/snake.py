@@ -29,7 +29,7 @@ def snake_files(resolution: float = 4.0, tool: Path = TOOL, folder: Path = FOLDE
     than the executable `tool`, since a new build may draw another snake. Raises SetupError where `tool` fails.
     """
     files = SnakeFiles(folder / f"snake-{resolution:g}.ply", folder / f"pigment-{resolution:g}.png")
-    # Time at which the executable was built. Without it all files count as outdated, and calling it raises the error.
+    # Time at which `tool` was built. If it is missing, all files count as outdated, and the call below fails.
     built_at = tool.stat().st_mtime if tool.exists() else math.inf
     if all(path.exists() and path.stat().st_mtime > built_at for path in (files.mesh, files.pigment)):
         return files

@@ -67,9 +67,10 @@ class PluginBuildHook(BuildHookInterface):
             if not plugins:
                 raise SystemExit("target/versions has no plugins: run `python scripts/versions.py build` first")
         for release, plugin in plugins.items():
-            inside = f"sunbeam_mitsuba/plugins/{release}/plugins/diffraction.so"
             # Cargo's target folder may be relative to the repository.
-            build_data["force_include"][str(stripped(root / plugin, root / "target" / "wheel" / release))] = inside
+            source = stripped(root / plugin, root / "target" / "wheel" / release)
+            # Path in the wheel, by path on this machine.
+            build_data["force_include"][str(source)] = f"sunbeam_mitsuba/plugins/{release}/plugins/diffraction.so"
         # The wheel serves all versions of Python on this platform.
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"

@@ -1,8 +1,8 @@
 """Runs the blocks of one page in order, in the current folder: `python run_page.py STEPS.json`.
 
-test_docs.py writes the file: `page` is the page's path, `steps` a list of [kind, line on the page, text]. The kinds are
-those of KINDS. Blocks of Python share a namespace, like cells of a notebook. `target` in the folder is a link to the
-checkout's. A block that fails ends the program with its text and the reason.
+test_docs.py writes the file: `page` is the page's path, `steps` a list of [kind, line, text] with the line of the
+opening fence. The kinds are those of KINDS. Blocks of Python share a namespace, like cells of a notebook. `target` in
+the folder is a link to the checkout's. A block that fails ends the program with its text and the reason.
 """
 
 import json
@@ -11,10 +11,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-# Accepted relative difference of a page's numbers, which other machines round differently. Numbers below 1e-3 have
-# the tolerance of 1e-3.
+# Accepted relative difference of a page's numbers, which other machines round differently. Below 1e-3 the accepted
+# difference is 1e-6, that of the number 1e-3.
 RTOL = 1e-3
-# Words that mark lines of output which change from run to run.
+# Words that mark lines of output which change from run to run. Such lines are not compared.
 VARIES = re.compile(r"seconds|origin|adapter|version")
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
@@ -41,7 +41,10 @@ def shell(text, *options, check=True):
 
 
 def commands(text):
-    """Pairs of a command and its output on the page. A command continues after a backslash or a pipe."""
+    """Pairs of a command and the lines of its output on the page. The text begins with a command, after "$ ".
+
+    A command continues after a backslash or a pipe.
+    """
     pairs, goes_on = [], False
     for line in text.splitlines():
         if goes_on:
@@ -134,7 +137,7 @@ def run_toml(text, _line):
 
 def run_python(text, line):
     """Runs Python in the shared namespace."""
-    # Tracebacks show the page's line numbers.
+    # Tracebacks show the page's line numbers: the text begins in the line after the fence.
     exec(compile("\n" * line + text, PAGE, "exec"), namespace)
 
 

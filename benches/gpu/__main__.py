@@ -115,12 +115,14 @@ def run(options: argparse.Namespace) -> int:
     for key, value in about.items():
         print(f"{key}: {value}", flush=True)
     print(flush=True)
+    # Options of the parts' processes.
     flags = [flag for flag, given in (("--dry-run", dry), ("--compare", options.compare)) if given]
     names = ["pictures"] if options.compare else options.parts or list(PARTS)
     file = options.json or (DRY_RESULTS if dry else RESULTS)
     results = supervisor.run_all(
         names, Run(tuple(flags), options.pictures.resolve(), time.monotonic() + options.seconds)
     )
+    # The file keeps other parts of the same card.
     supervisor.write(supervisor.gathered(results, about, file), file)
     wrong = [f"{name} {result['status']}" for name, result in results.items() if result["status"] != "passed"]
     print(f"wrote {file}\n{', '.join(wrong) or 'every part passed'}")

@@ -26,10 +26,12 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def frame(plan: Plan, folder: Path, method: str, size: tuple[int, int]) -> dict:
-    """Draws frames of the snake and returns the median time `ms` of a frame and of its stages, `stages_ms`, in ms.
+    """Draws `plan.frames` frames of the snake and returns their times in ms.
 
-    `clock` is the source of the times. `lit_pixels` is the number of sunlit samples of the mesh, and `submissions` that
-    of the GPU submissions that shade them. `data_mb` is the size of the method's data. `reached` compares with AIM_MS.
+    `stages_ms` has the median time of each stage of a frame, `ms` is their sum, and `clock` the source of the times.
+    `lit_pixels` is the number of pixels that show sunlit skin; `submissions` GPU submissions shade them. `data_mb` is
+    the size of the method's data. `reached` compares `ms` with AIM_MS. `passed` needs a time, measured on a GPU unless
+    the run is dry.
     """
     picture = folder / "frame.exr"
     arguments = ["render", "-o", picture, "--adapter", plan.adapter, "--method", method]
@@ -49,6 +51,5 @@ def frame(plan: Plan, folder: Path, method: str, size: tuple[int, int]) -> dict:
         "submissions": found["submissions"],
         "data_mb": found["method_bytes"] / 1e6,
         **({"aim_ms": aim, "reached": found["gpu_ms"] <= aim} if aim else {}),
-        # The software adapter draws in dry runs alone.
         "passed": found["software"] == plan.dry and found["gpu_ms"] > 0,
     }

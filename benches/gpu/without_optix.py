@@ -1,5 +1,6 @@
-"""Calls of a BSDF without OptiX, which must work, and a render, whose message is reported.
+"""Calls of a BSDF without OptiX, the library by which Mitsuba's CUDA variants trace rays.
 
+The calls must work. A render without OptiX is tried, too, and its result or error message is reported.
 `python -m benches.gpu.without_optix VARIANT` is the process without OptiX; it prints a line of JSON for each step.
 """
 

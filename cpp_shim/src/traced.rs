@@ -13,7 +13,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Shl, Shr, Sub};
 use std::panic::resume_unwind;
 use sunbeam::numeric::{Index, Mask, Number, Numbers, Real, State};
 
-/// Family of traced numbers in the scope `'s`, to which the brand ties them.
+/// Family of traced numbers in the scope `'s`. The [`Brand`], a marker without data, ties them to it.
 #[derive(Clone, Copy)]
 pub(crate) struct Traced<'s>(Brand<'s>);
 
@@ -271,8 +271,8 @@ impl<'s> Numbers for Traced<'s> {
         function
     }
 
-    // Calls `function` on L inputs. Records it once, in a loop over the inputs, instead of L times: kernels stay small.
-    // `results[r][l]` is result r of input l, and zero in lanes that are not active.
+    // Calls `function` on L inputs, L > 0. Records it once, in a loop over the inputs, instead of L times: kernels stay
+    // small. One input needs no loop. `results[r][l]` is result r of input l, and zero in lanes that are not active.
     fn map_each<const L: usize, const R: usize>(
         name: &'static CStr,
         inputs: [Self::Real; L],

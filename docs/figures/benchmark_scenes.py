@@ -65,7 +65,7 @@ class BenchmarkScene:
     def bsdfs(self) -> dict[str, dict]:
         """Dictionaries of the diffraction BSDFs by relief, then that of REFERENCE in the same medium."""
         by_relief = {name: self.diffraction(surface) for name, surface in self.surfaces.items()}
-        return {**by_relief, REFERENCE: {"type": "roughconductor", "alpha": ALPHA, **self.optics}}
+        return {**by_relief, REFERENCE: {"type": REFERENCE, "alpha": ALPHA, **self.optics}}
 
     def diffraction(self, surface: dict) -> dict:
         """The dictionary of the diffraction BSDF on a relief.
@@ -158,7 +158,7 @@ def sphere_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
 
 
 def snake_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
-    """The demo's snake and light, with longer paths."""
+    """The demo's snake and light, with paths of up to MAX_DEPTH segments instead of the demo's 2."""
     return snake_scene(bsdf, snake_files(), Light(), view, spp, MAX_DEPTH)
 
 
@@ -170,7 +170,10 @@ def disc_mesh() -> Path:
 
 
 def disc_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
-    """The disc on the snake's soil, under a desk lamp and a faint sky."""
+    """The disc on the snake's soil, under a desk lamp and a faint sky.
+
+    The disc lies slightly above the soil, so light from the soil reaches its underside.
+    """
     return {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": MAX_DEPTH},

@@ -114,6 +114,7 @@ def profile(scene: dict) -> tuple[np.ndarray, np.ndarray]:
     # The slit's image is 3 cm high; its middle 2 cm are the last rows of the picture.
     strip = pixels[-round(2 / PIXEL_CM) :]
     x_cm = ((np.arange(columns) + 0.5) / columns - 0.5) * 2 * HALF_SCREEN_CM
+    # Spectral colours have negative channels in linear sRGB, which are left out. Brightness sums rows and channels.
     return x_cm, strip.clip(0).sum(axis=(0, 2))
 
 

@@ -1,10 +1,10 @@
 """A discrete-event simulation of a sweep with any number of workers, by the measured costs of its steps.
 
 Two servers handle one request at a time: the driver with its scheduler, and the shared file system. Workers compute in
-parallel. A *case* is a surface in one setting (docs/sweeps.md). A worker requests a batch of cases from the driver and
-computes them one by one. It writes each result to the file system before it begins the next case. Times are in seconds.
-Batches of the driver also shrink towards the end of a sweep, which the simulation leaves out. A test compares the
-constants of the driver with the copies below.
+parallel, one in each thread of the cluster. A *case* is a surface in one setting (docs/sweeps.md). A worker requests a
+batch of cases from the driver and computes them one by one. It writes each result to the file system before it begins
+the next case. Times are in seconds. Batches of the driver also shrink towards the end of a sweep, which the simulation
+leaves out. A test compares the constants of the driver with the copies below.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Server:
 
 
 def simulate(costs: Costs, cases: int, workers: int, storage: Storage) -> dict:
-    """Simulates `cases` cases, each with its own surface.
+    """Simulates at least one worker and `cases` cases, at least one, each with its own surface.
 
     - `hours`: the duration of the sweep.
     - `efficiency`: the fraction of the workers' time spent on cases.
@@ -75,14 +75,15 @@ def simulate(costs: Costs, cases: int, workers: int, storage: Storage) -> dict:
     """
     target = max(BATCH_SECONDS, BATCH_SECONDS_PER_THREAD * workers)
     batch = max(1, min(int(target / costs.case_seconds), BATCH_CASES_MAX))
-    # Time of the file system for a case.
+    # Time of the shared file system for a case: one file for the result, and the tables' bytes if it has their cache.
     file_seconds = 1 / storage.files_per_second
     if storage.cache_bytes_per_second is not None:
         file_seconds += costs.table_bytes / storage.cache_bytes_per_second
     driver, files, end = Server(), Server(), 0.0
     # Cases that no worker has yet, and the cases of each worker's batch that are not finished.
     left, unfinished = cases, [0] * workers
-    # The time of each worker's next event: the end of a case, or the request for a batch if nothing is unfinished.
+    # Heap of the times of each worker's next event: the end of a case, or the request for a batch if its batch is
+    # finished.
     events = [(0.0, worker) for worker in range(workers)]
     while events:
         now, worker = heapq.heappop(events)
@@ -90,8 +91,9 @@ def simulate(costs: Costs, cases: int, workers: int, storage: Storage) -> dict:
             unfinished[worker] -= 1
             # The local disk may take longer than the shared file system.
             written = max(files.handle(now, file_seconds), now + costs.write_seconds)
-            next_event = written + costs.case_seconds if unfinished[worker] else written
-            heapq.heappush(events, (next_event, worker))
+            # The worker computes the next case of its batch, or requests a batch at once.
+            computing = costs.case_seconds if unfinished[worker] else 0.0
+            heapq.heappush(events, (written + computing, worker))
         elif left:
             unfinished[worker] = min(batch, left)
             left -= unfinished[worker]

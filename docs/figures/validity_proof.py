@@ -21,6 +21,8 @@ ANGLES_DEG = (0.0, -60.0, 75.0)
 PROFILES = (Sinusoid(2.5, 0.25), Sinusoid(2.5, 0.8), blazed(2.5, 0.25), blazed(2.5, 0.7), lamellar(2.5, 0.25))
 # Period and height in µm of lamellar gratings.
 LAMELLAR_UM = ((1.25, 0.3), (2.5, 0.125), (2.5, 0.25), (5.0, 0.125))
+# Number of evanescent orders to either side in the modal method, chosen. More come nearer to its limit and take longer.
+MODAL_EVANESCENT = 200
 # Period and height in µm of sinusoids within the convergence of Rayleigh's expansion.
 SHALLOW_UM = ((1.25, 0.1), (2.5, 0.14), (2.5, 0.3), (5.0, 0.25))
 # Slope of the long facet of the echelette in the Littrow check.
@@ -55,7 +57,7 @@ def littrow(order: int) -> Efficiencies:
 
 
 def reciprocity(profile: Sinusoid | Polygon) -> float:
-    """Largest change of an order's efficiency when light returns along it, for the strongest order but order 0."""
+    """Largest change of an order's efficiency when light returns along it; each light's strongest order but order 0."""
     largest = 0.0
     for wavelength_nm, theta_i_deg in lights():
         there = solve(profile, wavelength_nm, theta_i_deg)
@@ -93,8 +95,8 @@ def proof() -> dict:
     """Largest differences by check.
 
     `refined`: twice the nodes and evanescent orders. `modal`: the modal method. `rayleigh`: Rayleigh's expansion, up to
-    the slope `rayleigh_slope_deg`. `littrow`: the power missing from the order of `littrow` in TM. `reciprocity`: the
-    function of this name. `coupled`: rows of the function `coupled`.
+    the slope `rayleigh_slope_deg`. `littrow`: the power missing from the strongest order of `littrow` in TM.
+    `reciprocity`: the function of this name. `coupled`: rows of the function `coupled`.
     """
     finer = Resolution().finer(2)
     return {
@@ -104,7 +106,7 @@ def proof() -> dict:
             for light in lights()
         ),
         "modal": max(
-            difference(solve(lamellar(*size), *light), lamellar_modes(*size, *light, evanescent=200))
+            difference(solve(lamellar(*size), *light), lamellar_modes(*size, *light, evanescent=MODAL_EVANESCENT))
             for size in LAMELLAR_UM
             for light in lights()
         ),

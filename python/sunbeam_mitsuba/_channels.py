@@ -45,7 +45,7 @@ class Channel:
 
     @property
     def rank(self) -> int | None:
-        """Rank in the default choice, the lowest first; ``None`` for a channel that is no relief.
+        """Rank in the default choice, 0 to 3, the lowest first; ``None`` for a channel that is no relief.
 
         Lengths come before numbers without a unit. Within each of the two, titles of reliefs come before other titles.
         """
@@ -60,8 +60,9 @@ class Channel:
 def channel_of(info: Any) -> Channel:
     """Converts SurfaceTopography's description of a channel, a ``ChannelInfo``.
 
-    Its readers mark values that are no lengths in two ways: by the channel's kind, or by a tuple of units, lateral and
-    of the values, in place of the unit. The unit of such values is reported as "no length" if it is not a string.
+    Its readers mark values that are no lengths in two ways: by the channel's kind, or by a tuple as ``unit``, of the
+    lateral unit and that of the values. ``data_unit`` is the unit of the values. For such values it is replaced by "no
+    length" if it is not a string.
     """
     title = " ".join(str(info.name).split())
     may_be_lengths = info.is_height_channel and not isinstance(info.unit, tuple)
@@ -100,4 +101,5 @@ def choose(channels: tuple[Channel, ...], wanted: int | str | None) -> Channel:
 def listed(channels: Iterable[Channel]) -> str:
     """Names the first channels, at most _LISTED, and the number of the others in one line."""
     names = [str(channel) for channel in channels]
-    return ", ".join(names[:_LISTED]) + (f" and {len(names) - _LISTED} more" if len(names) > _LISTED else "")
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    return ", ".join(names[:_LISTED]) + more

@@ -58,7 +58,7 @@ PLUGIN = PLUGIN_FOLDER / "plugins" / "diffraction.so"
 def register() -> None:
     """Registers the plugin with Mitsuba, in the current variant and in variants set later.
 
-    Importing the package calls this function; another call changes nothing.
+    Importing the package calls this function. Another call adds the folder no second time.
     """
     import mitsuba as mi
 

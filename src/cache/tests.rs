@@ -1,4 +1,6 @@
 //! Tables read from the cache equal those built, and damaged or foreign entries are ignored.
+//!
+//! `Origin` says where tables come from: `Kept` were built and written, `NotKept` only built, `Read` were in the cache.
 
 use super::*;
 use crate::height_field::Preset;
@@ -101,7 +103,8 @@ fn damaged_foreign_and_misnamed_entries_are_rebuilt() {
         ("of another surface".into(), misnamed),
         ("longer".into(), [whole.clone(), vec![0]].concat()),
     ];
-    // One flipped byte in the magic, the key, the hash and the contents; and truncation at each of these positions.
+    // One flipped byte in the magic (from byte 0), the key (16), the hash (48) and the contents (80); and truncation at
+    // each of these positions.
     for at in [0, 20, 60, 80, whole.len() / 3, whole.len() / 2, whole.len() - 1] {
         let mut bytes = whole.clone();
         bytes[at] ^= 0x40;
@@ -112,14 +115,14 @@ fn damaged_foreign_and_misnamed_entries_are_rebuilt() {
         fs::write(&path, bytes).unwrap();
         let (surface, origin) = cache.surface(&field, &options, &Progress::none()).unwrap();
         assert_eq!(origin, Origin::Kept, "{what}");
-        assert_eq!(surface.table().words().len(), Surface::new(&field, &options).unwrap().table().words().len());
+        assert_eq!(bytes_of(&surface), good, "{what}");
         assert_eq!(
             cache.surface(&field, &options, &Progress::none()).unwrap().1,
             Origin::Read,
             "{what} was not replaced"
         );
     }
-    // Contents that agree with their hash but are no tables. Magic and key come first in an entry, then the hash.
+    // Contents that agree with their hash but are no tables.
     let key = Key::of_surface(&field, &options);
     let mut forged = whole[..16 + 32].to_vec();
     forged.extend_from_slice(blake3::hash(b"short").as_bytes());
@@ -154,6 +157,7 @@ fn least_recently_used_entries_are_removed_first_and_other_files_stay() {
     age(2.2, 100);
     // Reading the oldest entry makes it the most recently used.
     assert_eq!(ample.surface(&field(2.0), &options, &Progress::none()).unwrap().1, Origin::Read);
+    // All entries have about one size: two and a half of it are room for two, not for three.
     let room_for_two = size(&ample, 2.0).unwrap() * 5 / 2;
     let small = Cache::new(folder.path(), room_for_two);
     assert_eq!(small.surface(&field(2.3), &options, &Progress::none()).unwrap().1, Origin::Kept);

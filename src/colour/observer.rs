@@ -2,7 +2,8 @@
 
 use super::cie::{D65, OBSERVER_1931, RANGE_NM};
 
-/// First and last wavelength of the CIE's tables, in nm. Beyond them the matching functions are 0 and D65 is constant.
+/// First and last wavelength of the tables in nm, 380 and 780. Beyond them the matching functions are taken as 0 and
+/// D65 as constant.
 pub const OBSERVER_RANGE_NM: (f64, f64) = (RANGE_NM.0 as f64, RANGE_NM.1 as f64);
 
 /// Index of the table entry at or below a wavelength and the fraction in [0, 1] towards the next entry. Both tables
@@ -61,7 +62,8 @@ mod tests {
 
     #[test]
     fn observer_integrals_are_equal() {
-        // Published for equal-energy white: ∫x̄ = ∫ȳ = ∫z̄ = 106.86 nm over 360 to 830 nm.
+        // Published for equal-energy white: ∫x̄ = ∫ȳ = ∫z̄ = 106.86 nm over 360 to 830 nm. The tables have less, since
+        // they leave out the ends.
         let mut sum = [0.0; 3];
         for nm in 360..=830 {
             for (total, value) in sum.iter_mut().zip(cie_xyz(f64::from(nm))) {

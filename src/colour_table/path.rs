@@ -67,9 +67,11 @@ pub(super) struct Term {
 }
 
 impl Path {
-    /// Path of a group of rings for orders of the standard deviation `sigma_per_um` in cycles/µm.
+    /// Path of a group of rings, at least one, by ascending radius. `sigma_per_um` is the standard deviation of an
+    /// order in cycles/µm.
     pub(super) fn new(group: &[RingPlan], sigma_per_um: f64) -> Self {
         let (inner, outer) = (group[0].radius, group[group.len() - 1].radius);
+        // Range of ρ over which the innermost ring, whose range is the shortest, has visible wavelengths.
         let visible_per_um = inner / VISIBLE_UM.0 - inner / VISIBLE_UM.1;
         let step_per_um = (STEP_SIGMAS * sigma_per_um).min(visible_per_um / STEPS_MIN);
         let first_per_um = inner / VISIBLE_UM.1;
@@ -188,16 +190,17 @@ impl Path {
         });
         let mut record = Vec::new();
         let mut records = Records { starts: Vec::with_capacity(self.count + 1), values: Vec::new() };
-        for (point, &coefficients) in coefficient_counts.iter().enumerate() {
+        for (point, &coefficient_count) in coefficient_counts.iter().enumerate() {
             let start = records.values.len();
             records.starts.push(start);
-            if coefficients == 0 {
+            if coefficient_count == 0 {
                 continue;
             }
             let frequency = self.frequency(point);
             for (ray, direction) in rays.iter().enumerate() {
                 // Empty, or as long as every other record of this point.
-                table.interpolate_record(direction.map(|component| frequency * component), coefficients, &mut record);
+                let f = direction.map(|component| frequency * component);
+                table.interpolate_record(f, coefficient_count, &mut record);
                 let needed = start + record.len();
                 if records.values.len() < needed {
                     records.values.resize(needed, [0.0; RAYS]);

@@ -22,11 +22,11 @@ pub enum ObliquityChoice {
     /// wavelength given), `stam` for a conductor and for a surface that reflects everything.
     #[default]
     Auto,
-    /// [`Obliquity::Stam`].
+    /// [`Obliquity::Stam`], Stam's factor O.
     Stam,
-    /// [`Obliquity::SmallSlope`].
+    /// [`Obliquity::SmallSlope`], the factor Q.
     SmallSlope,
-    /// [`Obliquity::Unit`].
+    /// [`Obliquity::Unit`], O = 1.
     Unit,
 }
 
@@ -94,6 +94,7 @@ mod tests {
         let skin = SurfaceConfig::from_json(r#"{"eta": 1.56}"#).unwrap().options();
         assert_eq!((skin.obliquity, skin.index), (Obliquity::SmallSlope, constant(1.56, 0.0)));
         let metal = SurfaceConfig::from_json(r#"{"eta": 1.0, "k": 6.9}"#).unwrap().options();
+        // Only the small-slope factor Q needs an index in the options.
         assert_eq!((metal.obliquity, metal.index), (Obliquity::Stam, None));
     }
 }

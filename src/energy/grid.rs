@@ -4,6 +4,8 @@
 //! `x² + y² = 1 − cos²θ`, its squared radius is `X² + Y² = 1 − √cosθ`: the hemisphere fills the unit disc, with the
 //! horizon at the rim. The grid divides the square [−1, 1]² around the disc into equal cells. The map needs no
 //! trigonometry, is regular at the normal, and is fine towards the horizon, where albedos change most.
+//!
+//! A *plane* of a table has the values of one wavelength or colour band on this grid.
 
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::{COSINE_MIN, Vec3};
@@ -24,7 +26,7 @@ pub(crate) struct GridPlace<N: Numbers> {
     pub x: N::Real,
     /// Position in the cell along y, from 0 at the lower node to 1 at the upper.
     pub y: N::Real,
-    /// 1/cos²θ, the factor on the tabulated excess `(A − 1)·cos²θ`.
+    /// 1/cos²θ, the factor on the tabulated excess `(A − 1)·cos²θ` of the divisor A (`mod.rs`).
     pub per_squared_cosine: N::Real,
 }
 
@@ -36,11 +38,11 @@ pub(super) fn place<N: Numbers>(cells: u32, w: [N::Real; 3]) -> GridPlace<N> {
     // `[x, y]·scale` are the X and Y of the module, from −1 to 1.
     let cos = w[2].clip(lit(COSINE_MIN), lit(1.0));
     let scale = lit(1.0) / ((lit(1.0) + cos.sqrt()) * (lit(1.0) + cos)).sqrt();
-    let side = f64::from(cells);
+    let count = f64::from(cells);
     // Cell along one axis, and the position in it.
     let along = |x: N::Real| {
-        let position = (x * scale).fma(lit(0.5 * side), lit(0.5 * side)).clip(lit(0.0), lit(side));
-        let cell = position.floor().min(lit(side - 1.0));
+        let position = (x * scale).fma(lit(0.5 * count), lit(0.5 * count)).clip(lit(0.0), lit(count));
+        let cell = position.floor().min(lit(count - 1.0));
         (N::index(cell), position - cell)
     };
     let ((ix, x), (iy, y)) = (along(w[0]), along(w[1]));
@@ -94,7 +96,7 @@ impl Grid {
     /// centre of the disc through the cell's centre, at [`RIM_COSINES`]; points outside the cell are left out.
     pub(super) fn on_rim(self, cell: [usize; 2]) -> impl Iterator<Item = [f64; 2]> {
         let half = 0.5 * f64::from(self.cells);
-        // Centre of the cell, in cells from the centre of the disc. The number of cells is even, so it is not (0, 0).
+        // Centre of the cell, in cells from the centre of the disc. It is not (0, 0), as the number of cells is even.
         let centre = cell.map(|at| at as f64 + 0.5 - half);
         let length = centre[0].hypot(centre[1]);
         RIM_COSINES.into_iter().filter_map(move |cos| {
@@ -105,8 +107,8 @@ impl Grid {
         })
     }
 
-    /// Whether a node at `radius` from the centre of the disc belongs to no cell that overlaps the disc: its distance
-    /// from the rim exceeds the diagonal of a cell, `√2·2/cells`.
+    /// Whether the distance of a node from the rim, outwards, exceeds the diagonal of a cell, `√2·2/cells`. Such a node
+    /// belongs to no cell that overlaps the disc. `radius` is its distance from the centre of the disc.
     pub(super) fn is_beyond(self, radius: f64) -> bool {
         radius > 1.0 + 8f64.sqrt() / f64::from(self.cells)
     }

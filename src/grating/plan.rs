@@ -65,8 +65,8 @@ pub(super) struct CostBasis {
 impl CostBasis {
     /// Quantities of a table of efficiencies of a grating with this period on a body.
     pub(super) fn of_efficiencies(period_um: f64, body: GratingBody<'_>) -> Self {
-        // Number of nodes along a side at which most cells are solved. Efficiencies of dielectrics vary smoothly,
-        // without the anomalies of metals, so the fewest suffice.
+        // Number of nodes along a side at which most cells are solved: 8 or 17. Efficiencies of dielectrics vary
+        // smoothly, without the anomalies of metals, so the fewest suffice.
         let nodes = if body.is_dielectric() { NODE_COUNTS[0] } else { NODE_COUNTS[2] };
         let points_per_cell = triangle_count(nodes) as f64;
         Self { period_um, sides: body.sides(), points_per_cell, pair_bytes: PAIR_BYTES }
@@ -148,7 +148,7 @@ pub(super) fn choose_resolution(basis: CostBasis, spacing: Option<Spacing>) -> T
 }
 
 /// Cost of the build of a reflector's or film's table on two cores, hence the factor ½. `nodes` is the number of nodes
-/// on the profile. Steps between wavelengths are those that films and metals commonly have.
+/// on the profile. Steps between wavelengths are those that films (80 nm) and metals (20 nm) commonly have.
 fn estimate(basis: CostBasis, nodes: usize, body: GratingBody<'_>) -> Estimate {
     let cells = cell_count(basis.period_um);
     let is_perfect = matches!(body, GratingBody::Reflector(None));

@@ -21,7 +21,8 @@ pub const UNIFORM_FRACTION: f64 = 0.02;
 pub(crate) fn mixture_density<N: Numbers, const L: usize>(own: [N::Real; L], active: N::Mask) -> N::Real {
     let lit = N::Real::lit;
     let sum = own.into_iter().fold(lit(0.0), |sum, density| sum + density);
-    // (1 − UNIFORM_FRACTION)·mean + UNIFORM_FRACTION·SQUARE_PDF
+    // (1 − UNIFORM_FRACTION)·mean + UNIFORM_FRACTION·SQUARE_PDF, where SQUARE_PDF is the density in 1/sr of the uniform
+    // directions.
     let density = sum.fma(lit((1.0 - UNIFORM_FRACTION) / L as f64), lit(UNIFORM_FRACTION * SQUARE_PDF));
     N::Real::select(active, density, lit(0.0))
 }
@@ -31,8 +32,8 @@ pub(crate) fn mixture_density<N: Numbers, const L: usize>(own: [N::Real; L], act
 /// those of samples that leave below.
 ///
 /// `draw(choice, u, active)` is the lobe's own sampler. The whole part of `choice` is the index of the chosen
-/// wavelength. The `u` are three random numbers in [0, 1), independent of the choice. By rounding `choice` may be L,
-/// which stands for the last wavelength, and the first of the `u` may be 1.
+/// wavelength. Its `u` are three random numbers in [0, 1), independent of the choice. By rounding `choice` may be L,
+/// which stands for the last wavelength, and the first of its `u` may be 1.
 #[inline(always)]
 pub(crate) fn sample_mixture<N: Numbers, const L: usize>(
     u: [N::Real; 3],

@@ -1,5 +1,5 @@
 //! The method `table` of a film, which reflects and transmits: the colour table of the relief magnified by the index,
-//! times the factor F of scattering/transparent.rs.
+//! times the film's angular factor F (scattering/transparent.rs).
 //!
 //! The shader consists of table.wgsl, transparent.wgsl, albedo_grid.wgsl and film.wgsl. Where energy is conserved,
 //! albedos by wavelength are uploaded unchanged. Each channel is divided by the mean albedo over its band, the

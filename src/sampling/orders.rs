@@ -18,8 +18,10 @@
 //! interpolated linearly. In code, the *numbers* of an order are jx and jy; its *indices*, which count from 0, are the
 //! numbers plus `origin`.
 //!
-//! A [`Passage`] holds the incident direction and the side on which light leaves. A [`Reading`] holds the wavelength;
-//! for a resized relief, also that in κ_j, and a factor by which orders are narrower than `sigma`.
+//! A [`Passage`] holds the incident wave vector, `tangential` and `normal`, and the side on which light leaves. Lengths
+//! of wave vectors are in units of the wave number in the tables' medium. Tangential parts of light from or to below
+//! the relief are reversed, by the sign `turn`. A [`Reading`] holds the wavelength; for a resized relief, also another
+//! wavelength for κ_j, and a factor by which orders are narrower than `sigma`.
 
 use super::node_power;
 use crate::numeric::math::{NORMAL_QUANTILE_MAX, bf16_pair, normal_quantile};
@@ -41,8 +43,8 @@ const POINTS_PER_INTERVAL: usize = 8;
 ///
 /// A tail of 3e-7 of the Gaussian lies beyond. With a distance of two standard deviations sample weights reach 8000.
 const HORIZON_REACH: f64 = 5.0;
-/// Squared width of the smooth step `V_j` across the horizon. The width is one of cos²θ, in units of the order's
-/// standard deviation in direction cosines.
+/// Squared width of the smooth step `V_j` across the horizon: the step's width in cos²θ, per standard deviation of the
+/// order in direction cosines.
 ///
 /// With this width the step deviates from the Gaussian's integral by up to 0.018; with the best one, by 0.016. The step
 /// is an algebraic function, since it is evaluated for every order.
@@ -110,6 +112,7 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> 
         .map(|i| NodeCurve::new(table, (i as f64 + 0.5) / POINTS_PER_INTERVAL as f64 * interval_width))
         .collect();
     let mut words = vec![0u32; intervals * (axes[0].nodes * axes[1].nodes) as usize];
+    // `record` holds the power or amplitude of an order over κ.
     for (jx, jy, record) in table.kept_nodes() {
         let f = [jx as f64 / axes[0].period_um, jy as f64 / axes[1].period_um];
         // The power is zero where the relief's pixels do not resolve the frequency.
@@ -131,7 +134,8 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> 
 
 /// Power of an order at the end of an interval, from its powers at the quadrature points of all intervals. `end` counts
 /// from 0, the lower end of the first interval. The power is a mean weighted by a tent of one interval to either side,
-/// or 0 where it is lost in the rounding of a sum near one. Subnormal numbers would slow processors down.
+/// or 0 where it is lost in the rounding of the sum over all orders, near 1. Subnormal numbers would slow processors
+/// down.
 fn power_at_end(powers: &[f64], end: usize) -> f64 {
     let (mut sum, mut weights) = (0.0, 0.0);
     let middle = end * POINTS_PER_INTERVAL;
@@ -156,7 +160,7 @@ pub(super) struct OrdersView<N: Numbers> {
 /// Quantities of an incidence and a wavelength that all orders share, and the range of the loop over the orders.
 #[derive(Clone, Copy)]
 struct Incidence<N: Numbers> {
-    /// The incident wave vector, and the range of outgoing ones.
+    /// The incident wave vector, and the side of outgoing ones.
     passage: Passage<N>,
     /// Phase rate κ per unit of w, in rad/µm.
     kappa_per_w: N::Real,
@@ -357,6 +361,7 @@ impl<N: Numbers> OrdersView<N> {
         let sin_squared = x * x + y * y;
         let s = passage.reach * passage.reach - sin_squared;
         let visible = visible_fraction(s, incidence.width_squared);
+        // Outgoing normal component, from the squared length of outgoing wave vectors (1 in the tables' medium).
         let cos_o = (passage.outgoing_squared - sin_squared).max(incidence.cos_squared_min).sqrt();
         let w = passage.normal + cos_o;
         // Through a transparent body `normal` is negative, and w may vanish.
@@ -403,7 +408,7 @@ impl<N: Numbers> Incidence<N> {
         Self { low, high, ..*self }
     }
 
-    /// Whether the indices lie before the end of the loop.
+    /// Whether the indices lie before the end of the loop, which `next` leaves at the end of the last row.
     #[inline(always)]
     fn has(&self, j: [N::Index; 2], active: N::Mask) -> N::Mask {
         j[1].lt(self.high[1]) & active

@@ -9,7 +9,7 @@
 //! | c_j(κ) | order amplitude: mean over the tile of `exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))` |
 //!
 //! The powers of all orders sum to one, `Σ|c_j|² = 1`. Arrays of order amplitudes are row-major `[jy][jx]` in FFT
-//! order.
+//! order: 0, 1, 2, … and then the negative orders up to −1.
 //!
 //! - [`OrderTransform`]: all `c_j(κ)` of one κ by FFT, in double precision.
 //! - [`Expansion`]: transforms of powers or Chebyshev polynomials of h, from which `c_j(κ)` follows for any κ.

@@ -55,7 +55,8 @@ struct Report {
 #[derive(Serialize)]
 struct CompiledShader {
     name: String,
-    /// Wall-clock time of the compilation in ms. It includes a first query, during which drivers finish compiling.
+    /// Wall-clock time of the compilation in ms. A method's includes a first query, during which drivers finish
+    /// compiling.
     ms: f64,
 }
 
@@ -82,12 +83,14 @@ fn compile_all(gpu: &Gpu) -> Result<(Vec<CompiledShader>, Shader), Box<dyn Error
     let mut compiled = Vec::new();
     timed(&mut compiled, "raster, shadow, locate, resolve", || Ok(Renderer::new(gpu)?))?;
     timed(&mut compiled, "tone", || {
+        // Errors of the compilation are reported by `check`.
         TonePass::new(gpu.device(), TONE_FORMAT);
         Ok(gpu.check()?)
     })?;
     let field = Preset::Sinusoidal.build(None, None)?;
     // The published methods accept no other model.
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
+    // Compiles the shader of one method.
     let mut shade = |name: &str, method: &dyn Method| {
         timed(&mut compiled, &format!("shade, {name}"), || Ok(Shader::new(gpu, method, &Optics::default())?))
     };

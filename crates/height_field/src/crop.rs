@@ -30,9 +30,11 @@ impl HeightField {
         let refused = || HeightFieldError::Crop { x_um, y_um, width_um, height_um, extent_x_um, extent_y_um };
         // Indices of the kept pixels along one axis of `count` pixels.
         let span = |start_um: f64, length_um: f64, step_um: f64, count: usize| {
+            // Borders in pixels.
             let (start, end) = (start_um / step_um, (start_um + length_um) / step_um);
             let within = start >= -ROUNDING_PIXELS && end <= count as f64 + ROUNDING_PIXELS;
-            // The first pixel whose centre, i + ½, is not before a border.
+            // The first pixel i whose centre, i + ½, is not before a border. A centre on a border, up to rounding,
+            // belongs to the pixels after it.
             let first_after = |border: f64| (border - 0.5 - ROUNDING_PIXELS).ceil().max(0.0) as usize;
             let pixels = first_after(start)..first_after(end).min(count);
             if within && !pixels.is_empty() { Ok(pixels) } else { Err(refused()) }
@@ -48,6 +50,7 @@ mod tests {
     use super::*;
     use ndarray::Array2;
 
+    /// A field of 6 × 4 pixels and 3 × 1 µm whose heights are `10 · row + column`.
     fn field() -> HeightField {
         HeightField::new(Array2::from_shape_fn((4, 6), |(iy, ix)| (10 * iy + ix) as f64), 0.5, 0.25).unwrap()
     }

@@ -42,8 +42,8 @@ pub(super) fn tree(mesh: &Mesh) -> Vec<Node> {
         })
         .collect();
     // The arguments of the closure are the node's box, the index of its first child, the index after its subtree, and
-    // the index of its leaf. A leaf has the index of its triangle. An inner node has `u32::MAX`, `TRACE_NONE` in
-    // trace.wgsl.
+    // the index of its triangle. An inner node has `u32::MAX` there, `TRACE_NONE` in trace.wgsl. A leaf has an empty
+    // box: the inner node before it has the triangle's box.
     Bvh::build_par(&mut leaves).flatten_custom(&|bounds, _, next, triangle| Node {
         low: bounds.min.into(),
         triangle,
@@ -63,7 +63,7 @@ mod tests {
         let mesh = Mesh::from(&SnakeMesh::build(&options).unwrap());
         let nodes = tree(&mesh);
         let mut seen = vec![0; mesh.triangles.len()];
-        // Inner nodes whose subtrees contain the current node, each with the index after its subtree.
+        // Inner nodes above the current node, each with the index after its subtree.
         let mut open: Vec<(&Node, usize)> = Vec::new();
         for (index, node) in nodes.iter().enumerate() {
             open.retain(|&(_, end)| index < end);

@@ -41,6 +41,7 @@ pub struct BothSides {
 /// An index below 1, and the errors of [`solve_orders`](crate::solve_orders), except that light is refused only at the
 /// horizon, not below it.
 pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f64; 3]) -> Result<BothSides, Error> {
+    // Wave number in vacuum, in rad/µm.
     let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
     check_length(wi)?;
     if wi[2].abs() < COSINE_MIN {
@@ -57,17 +58,19 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
     let period = profile.period_um();
     // Order 0 has the wave number 2πb/d = −k·n'·wi.x along x.
     let b = -wi[0] * eta_in * k * period / TAU;
-    // Squared wave number in the xz plane: κ² for light from above, κm² from below, where κ² = κm² − (n² − 1)k².
-    // Computed from x and z, it keeps its digits for light along the grooves.
+    // Squared wave number in the xz plane: κ² for light from above, κm² from below, where κ² = κm² − (n² − 1)k². κ² is
+    // negative for some light that is totally reflected. Computed from x and z, it keeps its digits for light along the
+    // grooves.
     let incident_squared = (eta_in * k).powi(2) * (wi[0] * wi[0] + wi[2] * wi[2]);
     let kappa_squared =
         if side == Side::Above { incident_squared } else { incident_squared - (eta * eta - 1.0) * k * k };
-    // |ky|/k exceeds 1 for some light from below that is totally reflected. The check accepts at most 1, and smaller
-    // values are stricter. Its estimate of the cost is not needed.
+    // The last argument, |ky|/k, exceeds 1 where κ² is negative. The check accepts at most 1, and is the stricter the
+    // smaller this argument. Its estimate of the cost is not needed.
     check_size(profile, &medium, wavelength_nm, (wi[1] * eta_in).abs().min(1.0))?;
     let resolution = Resolution::new(profile, &medium, wavelength_nm)?;
     let (forward, nodes, [balance_error, reciprocity_error]) = on_sufficient_nodes(profile, resolution, |mesh| {
         let solve = |b: f64| Air::at_kappa_squared(mesh, kappa_squared, b)?.scatter(eta, wavelength_nm);
+        // Reversed paths have the Bloch phase −b.
         let (forward, reversed) = (solve(b)?, solve(-b)?);
         let errors = [forward.balance_error(), forward.reciprocity_error(&reversed)];
         Ok((forward, errors))

@@ -30,9 +30,9 @@ const TOLERANCE: f64 = 1e-4;
 
 /// Lowest and highest ky²/k² that a table covers.
 ///
-/// Directions of light have 0 to 1. Negative values, where κ exceeds k, belong to tables over directions that extend
-/// beyond the horizon (`src/grating` of the main crate). With a lower minimum a table needs more nodes of ky²; with a
-/// higher one more of those directions are solved without the table.
+/// Directions of light have 0 to 1. Negative values, where κ² = k² − ky² exceeds k², belong to tables over directions
+/// that extend beyond the horizon (`src/grating` of the main crate). With a lower minimum a table needs more nodes of
+/// ky²; with a higher one more of those directions are solved without the table.
 pub const KY_SQUARED_RANGE: [f64; 2] = [-0.35, 1.0];
 
 /// Most Chebyshev nodes of ky². A medium that needs more is solved directly; larger values take more memory and time. A
@@ -128,7 +128,10 @@ impl<'a> MetalTable<'a> {
         let ky_squared: Vec<f64> = chebyshev_nodes(ky_nodes).iter().map(|x| middle + half * x).collect();
         let responses = ky_squared
             .iter()
-            .map(|&ky| (0..phases).map(|l| response(mesh, kappa_m_squared(ky), l as f64 / phases as f64)).collect())
+            .map(|&ky_squared| {
+                let kappa_m_squared = kappa_m_squared(ky_squared);
+                (0..phases).map(|l| response(mesh, kappa_m_squared, l as f64 / phases as f64)).collect()
+            })
             .collect::<Result<_, _>>()?;
         Ok(Some(Self { mesh, index, wave_number, ky_squared, phases, responses }))
     }
@@ -149,8 +152,8 @@ impl<'a> MetalTable<'a> {
         let n = self.mesh.nodes();
         let ky_weights: Vec<f64> =
             (0..self.ky_squared.len()).map(|i| lagrange(&self.ky_squared, i, ky_squared)).collect();
-        // `[phase][periods + 1]`, with the periods −1, 0 or 1 by which the source's nearest image is moved. They differ
-        // between pairs of nodes, and so do the N images that are kept.
+        // `[phase][periods + 1]`. The image nearest to the target is the source moved by −1, 0 or 1 periods. The number
+        // differs between pairs of nodes, and so do the N images that are kept.
         let phase_weights: Vec<[Complex64; 3]> =
             (0..self.phases).map(|l| [-1, 0, 1].map(|periods| self.phase_weight(l, periods, bloch))).collect();
         let image_indices = self.image_indices();
@@ -170,23 +173,24 @@ impl<'a> MetalTable<'a> {
         result
     }
 
-    /// Weight w_l of the tabulated phase l/N, for pairs of nodes with the nearest image moved by `periods`: the sum
-    /// runs over the N images around that one.
+    /// Weight w_l of the tabulated phase l/N, for pairs of nodes whose nearest image is the source moved by `periods`:
+    /// the sum runs over the N images p around p = `periods`.
     fn phase_weight(&self, l: usize, periods: i32, bloch: f64) -> Complex64 {
         let images = (self.phases / 2) as i32;
         let difference = bloch - l as f64 / self.phases as f64;
         let sum: Complex64 = (periods - images..=periods + images)
+            // Whole turns are removed, which keeps the digits of the angle.
             .map(|p| Complex64::cis(TAU * (difference * f64::from(p)).fract()))
             .sum();
         sum / self.phases as f64
     }
 
-    /// Index of the weight of each pair of coarse nodes in [`MetalTable::at`]: `periods + 1`, 0 to 2, with the periods
-    /// by which the source's nearest image is moved. The pair is at `source · n + target`.
+    /// Index of the weight of each pair of coarse nodes in [`MetalTable::at`]: `periods + 1`, 0 to 2, where the nearest
+    /// image is the source moved by `periods`. The pair is at `source · n + target`.
     fn image_indices(&self) -> Vec<u8> {
         let n = self.mesh.nodes();
         let coarse = &self.mesh.coarse;
-        (0..n * n).map(|i| (coarse.separation(i % n, i / n).periods + 1).clamp(0, 2) as u8).collect()
+        (0..n * n).map(|i| (coarse.separation(i % n, i / n).periods + 1) as u8).collect()
     }
 }
 

@@ -18,7 +18,7 @@ const NEEDS: &str = include_str!("../../../tests/needs.txt");
 /// The root of the repository.
 const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// Reports that the running test is skipped because the part `need` is missing; the test then returns.
+/// Reports that the running test is skipped because the part `need` is missing. The caller must then return.
 ///
 /// # Panics
 /// If `SUNBEAM_REQUIRE` names the part, if `tests/needs.txt` lacks the part or one that `SUNBEAM_REQUIRE` names, or if
@@ -46,6 +46,7 @@ fn skip_line(need: &str, required: &str, reason: &dyn Display) -> Result<String,
     if required.contains(&need) {
         return Err(format!("SUNBEAM_REQUIRE names {need}: {reason}"));
     }
+    // The test harness names each test's thread after the test.
     let test = thread::current().name().unwrap_or("a test").to_owned();
     Ok(format!("SKIPPED {test} ({need}): {reason}"))
 }

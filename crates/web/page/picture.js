@@ -1,4 +1,5 @@
-// The picture on the canvas: the graphics device behind it, and the gestures on it.
+// The picture on the canvas: the graphics device behind it, and the gestures on it. The *artist* is the worker that
+// owns the device and draws (artist.js).
 
 import { updateAddress } from "./address.js";
 import { listenToGestures } from "./gestures.js";
@@ -165,7 +166,7 @@ async function hover(x, y) {
   try {
     if (await showPoint(x, y)) refreshMap();
   } catch (error) {
-    // `handleLoss` reports the loss of the device.
+    // `handleLoss` reports the loss of the device. A cancelled question belongs to a worker that was ended.
     if (error.kind !== "lost" && error.kind !== "cancelled") showMessage(error.message);
   }
 }

@@ -29,7 +29,10 @@ export const drawMap = onlyLatest(async (wi, side) => {
   else views.map.mark(wi, null);
 });
 
-/** Promise of the pixels of the map for light from `wi`, `rgb` in map.js. Null if the map's data are not built yet. */
+/**
+ * Promise of the pixels of the map for light from `wi`, `rgb` in map.js, by the GPU if there is an adapter. Null if the
+ * map's data are not built yet.
+ */
 export function mapOf(wi, side) {
   const { engine } = page;
   if (page.adapter) return engine.map(wi, side);
@@ -38,7 +41,10 @@ export function mapOf(wi, side) {
   return engine.mapOnProcessor(page.settings, theta_deg, phi_deg, side);
 }
 
-/** Draws the map for the light of the settings, and writes this light into the address. Shows errors. */
+/**
+ * Draws the map for the light of the settings, and writes this light into the address. Shows errors, except a lost GPU,
+ * which has its own message, and a worker that the page has ended.
+ */
 export async function refreshMap() {
   const { theta_deg, phi_deg } = page.settings.map;
   updateAddress();

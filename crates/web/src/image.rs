@@ -35,6 +35,7 @@ pub fn relief_picture(field: &HeightField, side_max: usize) -> ReliefPicture {
     let pixels = |length_um: f64| ((length_um / um_per_pixel).round() as usize).clamp(1, side);
     let size = (pixels(lx), pixels(ly));
     let (low, high) = field.range_um();
+    // Grey levels per µm. A flat relief is black.
     let scale = if high > low { 255.0 / (high - low) } else { 0.0 };
     let mut rgba = Vec::with_capacity(4 * size.0 * size.1);
     for row in 0..size.1 {
@@ -84,6 +85,7 @@ pub fn map_exr(rgb: &[[f32; 3]], side: usize) -> Result<Vec<u8>, WebError> {
     let layer =
         Layer::new((side, side), LayerAttributes::named(""), Encoding::FAST_LOSSLESS, SpecificChannels::rgb(pixel));
     let mut file = Cursor::new(Vec::new());
+    // Browsers run the library in one thread.
     let written = Image::from_layer(layer).write().non_parallel().to_buffered(&mut file);
     written.map_err(|error| WebError::Internal(error.to_string()))?;
     Ok(file.into_inner())

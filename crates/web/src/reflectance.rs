@@ -42,13 +42,16 @@ impl Reflectance {
     /// `f_r` in 1/sr, integrated over the visible spectrum to linear sRGB. `wi` is the unit vector to the light and
     /// `wo` that to the viewer. The colour is 0 unless both lie above the surface.
     pub fn rgb(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
-        let Some(Inside { wi, wo, factor: cover, .. }) = Inside::new(self.cover, wi, wo) else { return [0.0; 3] };
+        let Some(Inside { wi, wo, factor: cover_factor, .. }) = Inside::new(self.cover, wi, wo) else {
+            return [0.0; 3];
+        };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let factor = match self.method.answers() {
             // The whole `f_r`; a film has no cover, so its factor is 1.
-            AnswerKind::Reflectance | AnswerKind::Film { .. } => cover,
+            AnswerKind::Reflectance | AnswerKind::Film { .. } => cover_factor,
             AnswerKind::Relief => {
-                cover * pair.interface(Some(self.index), self.model.obliquity) * self.model.angular_factor(&pair)
+                let interface = pair.interface(Some(self.index), self.model.obliquity);
+                cover_factor * interface * self.model.angular_factor(&pair)
             }
         };
         self.method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))

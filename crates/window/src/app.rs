@@ -34,7 +34,7 @@ pub(crate) type SceneMaker = Box<dyn FnOnce() -> Result<(Mesh, PigmentTexture), 
 struct Shown {
     /// The picture with its full range of radiance.
     target: Arc<Target>,
-    /// Exposure at which [`App::texture`] shows the picture; `None` before the first time.
+    /// Exposure in stops at which [`App::texture`] shows the picture; `None` before the first time.
     stops: Option<f64>,
 }
 
@@ -231,7 +231,7 @@ impl App {
             picture_view::show_map(ui, response.rect, map, texture.id());
         }
         self.order(area.size);
-        // During a drag, the map stays at the point where the drag began.
+        // During a drag, the map stays where the drag began.
         if !response.dragged() && area.cursor != self.cursor {
             self.cursor = area.cursor;
             if self.cursor.is_none() {
@@ -242,7 +242,7 @@ impl App {
     }
 
     /// Orders the picture of the settings if it is not ordered yet. `screen_size` is the width and height of the
-    /// picture's area in pixels of the screen, of which the picture has [`Settings::scale`] along each side.
+    /// picture's area in pixels of the screen. The picture has [`Settings::scale`] times as many along each side.
     fn order(&mut self, screen_size: (u32, u32)) {
         let scaled = |side: u32| ((side as f32 * self.settings.scale).round() as u32).max(1);
         let view = match self.settings.view() {
@@ -260,7 +260,7 @@ impl App {
         }
     }
 
-    /// Orders a screenshot of the finest picture.
+    /// Orders a screenshot of the finest picture, after the previews.
     fn save(&mut self) {
         let png = screenshot::free_name(&self.screenshot);
         self.saved = Some(format!("{} follows when the picture is done", png.display()));

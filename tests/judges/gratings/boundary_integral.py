@@ -65,7 +65,7 @@ def solve(
     """Efficiencies of all propagating orders. Raises ValueError if an order grazes the surface."""
     k = 2e3 * np.pi / wavelength_nm
     alpha0, beta0 = -k * np.sin(np.radians(theta_i_deg)), k * np.cos(np.radians(theta_i_deg))
-    # Upper bound of |n| for orders n that propagate: |α_0 + 2πn/period| < k, and |α_0| ≤ k.
+    # Upper bound of |m| for orders m that propagate: |α_0 + 2πm/period| < k, and |α_0| ≤ k.
     order_max = int(2 * k * profile.period / (2 * np.pi)) + 1
     lattice = Lattice(profile.period, k, alpha0, order_max + resolution.evanescent)
     if np.abs(lattice.beta).min() < GRAZING_COSINE * k:
@@ -80,6 +80,7 @@ def solve(
     # Kernels of K and K', [point, source]: the gradient along the normal at the source and at the point.
     double_layer = -(nodes.normal_x * along_x + nodes.normal_z * along_z)
     adjoint = nodes.normal_x[:, None] * along_x + nodes.normal_z[:, None] * along_z
+    # Limits at the source: curvature/4π from its own field, and the x gradient of the field of its periodic images.
     np.fill_diagonal(double_layer, nodes.curvature / (4 * np.pi) - nodes.normal_x * lattice.self_term())
     np.fill_diagonal(adjoint, nodes.curvature / (4 * np.pi) + nodes.normal_x * lattice.self_term())
 
@@ -108,5 +109,7 @@ def off_diagonal(lattice: Lattice, x: np.ndarray, z: np.ndarray) -> np.ndarray:
     """
     rows, columns = np.triu_indices(len(x), 1)
     result = np.zeros((2, *x.shape), complex)
-    result[:, rows, columns], result[:, columns, rows] = lattice.gradient(x[rows, columns], z[rows, columns])
+    # The gradients at (x, z) and at (−x, −z): those of a pair and of the reversed pair.
+    there, back = lattice.gradient(x[rows, columns], z[rows, columns])
+    result[:, rows, columns], result[:, columns, rows] = there, back
     return result

@@ -74,12 +74,16 @@ def scatmech(
     for side in (REFLECTED, TRANSMITTED):
         light = (theta_deg, azimuth_deg)
         model = grating_model(lamellae(period, height), period, nm, complex(eta), *light, waves, side=side)
+        # `states` is [out, in]: sums over both outgoing states.
         found |= {(side, order): states.sum(axis=0) for order, states in powers(model, reach).items()}
     return found
 
 
 def extrapolated(coarse: Answer, fine: Answer, factor: float) -> tuple[Answer, float]:
-    """The finer answer plus `factor` times its change from the coarser one, and the largest change."""
+    """The finer answer plus `factor` times its change from the coarser one, and the largest change.
+
+    A `factor` of 0 leaves the finer answer as it is.
+    """
     change = {key: fine[key] - coarse.get(key, 0.0) for key in fine}
     return {key: fine[key] + factor * change[key] for key in fine}, float(max(np.abs(c).max() for c in change.values()))
 
@@ -98,7 +102,8 @@ def judged(
         coarse, fine = (coupled_waves(*setting, n * waves, 1) for n in (1, 2))
         return extrapolated(coarse, fine, 0.0)
     coarse, fine = (coupled_waves(*setting, n * waves, n * LAYERS) for n in (1, 2))
-    # The error is inverse to the square of the number of layers. With twice the layers, a third of the change remains.
+    # The error is inversely proportional to the square of the number of layers, so a third of the change by twice the
+    # layers remains.
     answer, change = extrapolated(coarse, fine, 1 / 3)
     return answer, change * (1 / 3)
 

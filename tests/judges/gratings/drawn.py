@@ -43,8 +43,8 @@ METALS = ("none", "Al", "Ag", "Au")
 # Name of a dielectric below a cover, and its index, about that of titania.
 DIELECTRIC, DIELECTRIC_ETA = "dielectric", 2.4
 SHAPES = ("sinusoidal", "blazed", "lamellar")
-# Range of the periods, largest height over the period, largest angle of incidence.
-PERIODS_UM, DEPTH_MAX, THETA_MAX_DEG = (0.3, 4.0), 0.4, 75.0
+# Range of the periods, range of the height over the period, largest angle of incidence.
+PERIODS_UM, DEPTHS, THETA_MAX_DEG = (0.3, 4.0), (0.02, 0.4), 75.0
 # Media and shapes under covers. A perfect conductor's judge has no s and p at an azimuth.
 COVERED_MEDIA, COVERED_SHAPES = ("Al", "Ag", "Au", DIELECTRIC), ("sinusoidal", "lamellar")
 # Ranges of the periods under covers, and of the covers' indices.
@@ -139,7 +139,7 @@ class Judged:
 def drawn(rng: np.random.Generator, metal: str, shape: str, periods_um: tuple[float, float]) -> Setting:
     """A random setting; periods are uniform in their logarithm."""
     period = float(np.exp(rng.uniform(*np.log(periods_um))))
-    numbers = (period, period * rng.uniform(0.02, DEPTH_MAX), rng.uniform(*WAVELENGTHS_NM))
+    numbers = (period, period * rng.uniform(*DEPTHS), rng.uniform(*WAVELENGTHS_NM))
     angles = (rng.uniform(0, THETA_MAX_DEG), rng.uniform(0, 360))
     return Setting(metal, shape, *(round(float(x), 4) for x in (*numbers, *angles)))
 
@@ -172,8 +172,10 @@ def perfect(setting: Setting, resolution: Resolution) -> Answer:
     theta_deg = float(np.degrees(np.arcsin(setting.wi[0] / across)))
     profile = PROFILES[setting.shape](setting.period_um, setting.height_um)
     found = solve(profile, setting.wavelength_nm / across, theta_deg, resolution)
-    # Across the grooves TE and TM are s and p.
-    states = np.stack([found.te, found.tm], axis=-1)[:, None] * np.eye(2) if abs(setting.wi[1]) < ACROSS else None
+    states = None
+    if abs(setting.wi[1]) < ACROSS:
+        # Across the grooves TE and TM are s and p, and the grating does not mix them: `[order, out, in]` is diagonal.
+        states = np.stack([found.te, found.tm], axis=-1)[:, None] * np.eye(2)
     return Answer(found.orders, found.unpolarised, None, states)
 
 
@@ -193,16 +195,18 @@ def sinusoidal_relief(
 ) -> tuple[Relief, CrossedResolution]:
     """A sinusoid and a resolution for the solver of `tests.judges.crossed`, with a factor on its resolution.
 
-    The wavelength is that in the denser medium. The period along y is so short that harmonic 0 alone is kept.
+    `wavelength_nm` is that of the judged orders in their medium. The numbers below are chosen. Larger ones resolve more
+    and take longer; two values of `factor` show whether they suffice.
     """
     x = np.arange(SAMPLES) / SAMPLES
     wave = 0.5 * height_um * np.sin(2 * np.pi * x)[None]
     slope = np.pi * height_um / period_um
     # Frequencies in cycles per µm: six times that of the waves, and harmonics of the grating, more for steeper slopes.
     cutoff = factor * (6e3 / wavelength_nm + (10 + 25 * slope) / period_um)
-    return Relief(wave, (period_um, 0.4 / cutoff)), CrossedResolution(
-        cutoff, round(factor * 26), tolerance=1e-7, steps_max=300
-    )
+    # So short a period along y that the solver keeps harmonic 0 alone.
+    period_y_um = 0.4 / cutoff
+    resolution = CrossedResolution(cutoff, nodes=round(factor * 26), tolerance=1e-7, steps_max=300)
+    return Relief(wave, (period_um, period_y_um)), resolution
 
 
 def scatmech(setting: Setting, waves: int) -> Answer:
@@ -215,7 +219,10 @@ def scatmech(setting: Setting, waves: int) -> Answer:
 
 
 def extrapolated(numbers: tuple[int, int], few: Answer, many: Answer) -> Answer:
-    """The limit for many waves of SCATMECH's answers with two numbers of waves, to which errors are inverse."""
+    """The limit for infinitely many waves, from SCATMECH's answers with two numbers of waves.
+
+    The error of an answer is taken as inversely proportional to its number of waves.
+    """
     m, n = numbers
 
     def limit(of_few: np.ndarray, of_many: np.ndarray) -> np.ndarray:
@@ -225,9 +232,10 @@ def extrapolated(numbers: tuple[int, int], few: Answer, many: Answer) -> Answer:
 
 
 def judged(setting: Setting) -> Judged:
-    """The judge's answer at the finer of two resolutions; those of SCATMECH are extrapolated from both.
+    """The judge's answer at the finer of two resolutions; SCATMECH's is extrapolated from both.
 
-    SCATMECH's `unsettled` is the change by the extrapolation, or that between two extrapolations.
+    SCATMECH's `unsettled` is the change by the extrapolation. Under a cover, where this is too large for a converged
+    answer but at most TRUSTED_CHANGE, it is the change between two extrapolations.
     """
     if setting.metal == "none":
         coarse, fine = (perfect(setting, Resolution().finer(factor)) for factor in (1.0, 2.0))
@@ -242,7 +250,7 @@ def judged(setting: Setting) -> Judged:
 
 
 def change(setting: Setting, coarse: Answer, fine: Answer) -> float:
-    """Largest change of the power of an order that leaves between two answers."""
+    """Largest change, from one answer to the other, of the power of an order that leaves into air."""
     return float(np.abs(fine.power - coarse.power)[leaves(setting, fine.orders)].max())
 
 

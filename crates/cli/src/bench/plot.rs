@@ -28,7 +28,7 @@ const METHODS: [(&str, &str); 6] = [
 /// Colour of all methods that are not in [`METHODS`]: brown of "tab10".
 const OTHER_COLOUR: &str = "#8c564b";
 
-/// Draws the entries of each surface, `(name, entries)`, as SVG.
+/// Draws the entries of each surface, `(name, entries)` with at least one entry, as SVG.
 ///
 /// An entry is a disc, hollow where its model is a patch. A ring marks a method's default parameters. A grey line joins
 /// the entries on the Pareto front of the two drawn quantities ([`front_points`]).
@@ -79,7 +79,8 @@ fn point(entry: &Entry) -> (f64, f64) {
 
 /// Positions of the entries on the Pareto front (methods/pareto.rs) of the two drawn quantities, in order of time.
 ///
-/// [`Entry::on_front`] counts the mean ΔE₂₀₀₀ as well, so it may hold for more entries.
+/// Differences that are too small to be seen count as equal ([`clamp_delta_e`]). [`Entry::on_front`] counts the mean
+/// ΔE₂₀₀₀ as well, so it may hold for more entries.
 fn front_points(entries: &[Entry]) -> Vec<(f64, f64)> {
     let cost = |(time_us, delta_e): (f64, f64)| Cost::new(time_us, [clamp_delta_e(delta_e)]);
     let points: Vec<(f64, f64)> = entries.iter().map(point).collect();

@@ -14,7 +14,7 @@ pub enum Source {
     Option,
     /// The documented default, where neither file nor option gives the property.
     Default,
-    /// Inferred: isolated numbers from the values, square pixels from a single length.
+    /// Inferred: missing points from isolated values (`isolated.rs`), square pixels from a single length.
     Guess,
 }
 

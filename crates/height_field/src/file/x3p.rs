@@ -1,4 +1,5 @@
-//! X3P of ISO 25178-72 (ISO 5436-2): a ZIP archive of an XML description, `main.xml`, and the heights in binary.
+//! X3P of ISO 25178-72 (ISO 5436-2): a ZIP archive of an XML description, `main.xml`, and the heights as little-endian
+//! numbers.
 //!
 //! Columns run along x and rows along y, from y = 0 on; all lengths are in metres. The axes are named CX, CY and CZ; CZ
 //! is that of the heights. The CRC of the archive is verified, the MD5 checksums are not.
@@ -177,6 +178,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     // Indices of the layer's points among those of all layers.
     let indices = layer * points..(layer + 1) * points;
     let is_valid = |i: usize| valid.as_ref().is_none_or(|bits| bits[i / 8] >> (i % 8) & 1 == 1);
+    // Infinite and huge numbers mark missing points, too.
     let height_m = |i: usize| if is_valid(i) { known_or_nan(stored[i]) * scale_m + offset_m } else { f64::NAN };
     let heights = indices.map(height_m);
     let values = Array2::from_shape_vec((ny, nx), heights.collect()).map_err(|error| error.to_string())?;

@@ -129,7 +129,7 @@ fn heading(options: &SnakeOptions, u: f64) -> DVec3 {
 /// lies over the origin.
 fn stations(options: &SnakeOptions) -> Vec<Station> {
     let step_cm = options.length_cm / STEPS as f64;
-    // At the head, the belly touches the ground.
+    // At the head, the belly touches the ground, z = 0.
     let height_cm = options.radius_cm * BELLY;
     let mut forward = heading(options, 0.0);
     let mut up = DVec3::Z.reject_from_normalized(forward).normalize();

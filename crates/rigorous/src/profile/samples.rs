@@ -119,7 +119,8 @@ fn find_corners(step: f64, heights: &[f64]) -> Vec<Corner> {
 /// Edges between consecutive corners, and vertical walls where the ends of neighbouring edges differ in height.
 ///
 /// Each edge is fitted to its *piece*, the samples from its first corner to the next. Its ends are extrapolated to the
-/// corners. The last edge ends at the first corner of the next period.
+/// corners. The last edge ends at the first corner of the next period. Differences up to [`EDGE_MIN`], the shortest
+/// edge in periods, are no walls.
 fn edges_between(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
     let n = heights.len();
     let step = period / n as f64;

@@ -2,10 +2,10 @@
 
 use super::EULER_GAMMA;
 
-/// `E₁(x) = ∫ₓ^∞ e^{−t}/t dt` for x > 0, to about 1e-15 relative.
+/// `E₁(x) = ∫ₓ^∞ e^{−t}/t dt` for x > 0, to some 1e-15 relative.
 ///
-/// Computed by the power series (Abramowitz & Stegun 5.1.11) for x ≤ 1, and by the continued fraction (5.1.22) for
-/// larger x.
+/// Computed by the power series (Abramowitz & Stegun 5.1.11) for x ≤ 1, and by the even part of the continued fraction
+/// (5.1.22) for larger x.
 pub(crate) fn expint_1(x: f64) -> f64 {
     /// Depth of the continued fraction. Near x = 1, where it converges slowest, 120 suffice.
     const DEPTH: i32 = 120;

@@ -22,7 +22,8 @@ impl Settings {
     /// Keys of the relief, the method's data and the scene for these settings.
     pub fn keys(&self) -> Keys {
         let config = self.config();
-        // Heights do not depend on the tiling. An explicit default level has the key of a missing one.
+        // Heights do not depend on the tiling. `level` names what is subtracted from a scan's heights. It is written
+        // even where it is missing: an explicit default has the same key.
         let mut relief = SurfaceConfig::default();
         relief.set_relief_source(ReliefSource { level: Some(config.level()), tiling: None, ..config.relief_source() });
         (relief.scale, relief.depth) = (config.scale, config.depth);
@@ -30,7 +31,8 @@ impl Settings {
         if method.conserve_energy != Some(true) {
             // Without energy conservation the method's data do not depend on these fields. The shader applies them.
             (method.obliquity, method.shadowing) = (ObliquityChoice::default(), false);
-            // The tables of a film are those of the relief magnified by its index. Other tables depend on no index.
+            // The tables of a film, the page's only transparent body, are those of the relief magnified by its index.
+            // Other tables depend on no index.
             (method.eta, method.k) = (method.body().map(|body| body.eta), None);
         }
         Keys {

@@ -20,11 +20,12 @@ fn missing_fields_take_their_defaults_and_survive_a_round_trip() {
     assert_eq!(Settings::from_json(&settings.to_json()).unwrap(), settings);
     let (camera, expected) = (settings.view(1).unwrap().camera, Camera::default());
     for c in 0..3 {
-        // The page's angles are rounded to 0.01 degrees.
+        // The settings' distance in cm and angles in degrees are rounded to 0.01, which moves the camera by less.
         assert!((camera.origin[c] - expected.origin[c]).abs() < 0.01 && camera.target == expected.target);
     }
 }
 
+/// Compact settings are part of the page's link, which should stay short.
 #[test]
 fn compact_settings_are_read_back() {
     for json in [
@@ -40,6 +41,7 @@ fn compact_settings_are_read_back() {
     }
 }
 
+/// Each message names the setting, its value, or the method that the settings need.
 #[test]
 fn each_wrong_setting_is_named() {
     for (json, named) in [
@@ -68,6 +70,7 @@ fn each_wrong_setting_is_named() {
     }
 }
 
+/// Data with an unchanged key are not built again.
 #[test]
 fn each_key_changes_only_with_its_own_data() {
     let keys = |json: &str| Settings::from_json(json).unwrap().keys();
@@ -76,7 +79,7 @@ fn each_key_changes_only_with_its_own_data() {
     for same in [r#"{"sun": {"elevation_deg": 20}}"#, r#"{"exposure": 1, "rotation_deg": 3, "ground": false}"#] {
         assert_eq!(keys(same), base);
     }
-    // The shader applies the index of an opaque surface, so its data are not built again.
+    // The shader applies the index of an opaque surface, so its data stay.
     let metal = keys(r#"{"surface": {"preset": "xenopeltis", "eta": 1, "k": 6}}"#);
     assert_eq!(metal, base);
     let conserving = keys(r#"{"surface": {"preset": "xenopeltis", "conserve_energy": true}}"#);

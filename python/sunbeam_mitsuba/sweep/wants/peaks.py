@@ -98,7 +98,7 @@ class Peaks(Want):
         rows, spacings_nm, errors_deg = [], [], []
         for nm in self.wavelengths_nm:
             expected_sine = nm / period_nm - sin_i
-            # The order is below the horizon where its sine exceeds 1.
+            # The order is below the horizon where its sine exceeds 1 in magnitude. Such wavelengths are left out.
             peak_deg = self._peak_deg(question, reflector, nm, period_nm) if abs(expected_sine) < 1 else None
             if peak_deg is None:
                 continue
@@ -124,7 +124,7 @@ class Peaks(Want):
         ``None`` where the search range is almost all below the horizon, and where all values are 0 or one is NaN.
         """
         sin_i = float(np.sin(np.radians(question.theta_i_deg)))
-        # Sines of the first and the last angle of the search: larger spacings have smaller angles.
+        # Sines of the first and the last angle of the search. The largest spacing has the smallest angle.
         sines = np.array([nm / (ratio * period_nm) - sin_i for ratio in (_SPACING_MAX, _SPACING_MIN)])
         ends_deg = np.degrees(np.arcsin(np.clip(sines, -1, 1)))
         first_deg, last_deg = np.clip(ends_deg, -_THETA_MAX_DEG, _THETA_MAX_DEG)

@@ -3,7 +3,7 @@
 //! A key is split into words in lower case, which the lists below sort into kinds. [`role`] combines the kinds: `Pixel
 //! width` has the word `pixel` and a word of [`SIZE`] and [`X`], so it is the distance between points along x.
 
-/// Axis of a property; `Both` if the key names none.
+/// Axis of a property; `Both` if the key names none or both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Along {
     X,
@@ -126,7 +126,7 @@ const IRRELEVANT: [&str; 71] = [
     "zmin",
 ];
 /// Words for a unit.
-const UNIT: [&str; 3] = ["unit", "units", "zunit"];
+const UNIT: [&str; 2] = ["unit", "units"];
 /// Words for the x axis.
 const X: [&str; 10] = ["x", "width", "columns", "cols", "ncols", "nx", "w", "samps", "col", "column"];
 /// Words for the y axis.
@@ -232,7 +232,7 @@ pub(super) fn role(key: &str) -> Role {
         return Role::Channel;
     }
     let along = match (has(&X) || has(&["dx"]), has(&Y) || has(&["dy"])) {
-        // "Samps/line" is a number of points along x.
+        // "Samps/lines", a number of points along x, has a word of each axis.
         (true, true) if has(&["samps"]) => Along::X,
         (true, false) => Along::X,
         (false, true) => Along::Y,

@@ -93,7 +93,8 @@ fn parse_kind(bytes: &[u8], channel_option: Option<&str>, kind: Kind) -> Parsed 
             // The header gives the size, so a matrix may be broken into lines of any length. nx·ny lines of three
             // numbers are points, unless nx is 3.
             let total = table.values.len();
-            let is_points = columns == Ok(3) && nx != 3 && nx.checked_mul(ny * 3) == Some(total);
+            let three_each = nx.checked_mul(ny).and_then(|points| points.checked_mul(3));
+            let is_points = columns == Ok(3) && nx != 3 && three_each == Some(total);
             if is_points { from_points(&header, &table) } else { from_matrix(&header, table.values, nx, ny) }
         }
         (_, columns) => {
@@ -295,6 +296,7 @@ fn from_matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> P
             return Err(format!("its header promises {} points along an axis, but {own} follow", count.unwrap_or(0)));
         }
     }
+    // Counts for which the header names no axis.
     if let Some(loose) = header.loose_counts.iter().find(|loose| ![nx, ny, total].contains(&loose.count)) {
         return Err(format!("line {} says {} points, but {nx} × {ny} follow", loose.line, loose.count));
     }
