@@ -65,7 +65,10 @@ def main(arguments: list[str] | None = None) -> int:
         for part in options.parts or PARTS:
             start = time.perf_counter()
             if options.from_data:
-                figures = json.loads((DOCS / "data" / f"{part}.json").read_text(encoding="utf-8"))
+                data = DOCS / "data" / f"{part}.json"
+                if not data.exists():
+                    raise SetupError(f"{data} is missing; measure {part} without --from-data")
+                figures = json.loads(data.read_text(encoding="utf-8"))
             else:
                 figures = import_module(f".{part.replace('-', '_')}", __package__).figures()
             if figures is None:

@@ -108,8 +108,8 @@ class Peaks(Want):
             errors_deg.append(peak_deg - grating_deg)
         if not rows:
             raise WantError(
-                f"no wavelength has a first order above the horizon for a period of {period_nm:g} nm and light "
-                f"from {question.theta_i_deg:g} degrees"
+                f"no wavelength has a peak of the first order above the horizon for a period of {period_nm:g} nm and "
+                f"light from {question.theta_i_deg:g} degrees"
             )
         answer = Answer({"angles": rows})
         answer.number("spacing_nm", float(np.mean(spacings_nm)))
@@ -121,7 +121,8 @@ class Peaks(Want):
     def _peak_deg(self, question: Question, reflector: Reflector, nm: float, period_nm: float) -> float | None:
         """The angle with the largest ``f_r`` at a wavelength in nm, searched around the order of ``period_nm``.
 
-        ``None`` where the search range is almost all below the horizon, and where all values are 0 or one is NaN.
+        ``None`` without a peak: where the largest value lies at an end of the search range, as it does where almost all
+        of the range is below the horizon, and where all values are 0 or one is NaN.
         """
         sin_i = float(np.sin(np.radians(question.theta_i_deg)))
         # Sines of the first and the last angle of the search. The largest spacing has the smallest angle.
@@ -131,14 +132,15 @@ class Peaks(Want):
         # Angles are multiples of the step, independent of the search range.
         multiples = np.arange(np.ceil(first_deg / self.angle_step_deg), last_deg / self.angle_step_deg)
         angles_deg = multiples * self.angle_step_deg
-        # With fewer than three angles the largest value is always at an end of the range, which is no peak.
         if len(angles_deg) < 3:
             return None
         radians = np.radians(angles_deg)
         wo = np.stack([np.sin(radians), 0 * radians, np.cos(radians)], axis=-1)
         f = reflector.eval(question.wi(), wo, [nm])[:, 0]
+        largest = int(f.argmax())
         # A comparison with NaN is false.
-        return float(angles_deg[int(f.argmax())]) if f.max() > 0 else None
+        is_peak = f[largest] > 0 and 0 < largest < len(f) - 1
+        return float(angles_deg[largest]) if is_peak else None
 
     def _period_um(self, parameters: Mapping[str, Value]) -> float:
         """The expected period in µm, from the first source that has one. Raises :class:`WantError` without any."""
