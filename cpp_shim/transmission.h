@@ -51,9 +51,9 @@ public:
     /// Whether the mirror reflection by a film's flat side is a component.
     bool reflects_at_back() const { return m_back_reflection; }
 
-    /// A direction, and its value times |cosθo| over its density. `sample1` chooses the mirror or the lobe. Rescaled, it
-    /// is the lobe's first of three variates, which chooses reflection or transmission; draws of a disabled component
-    /// weigh zero. The mirror has a probability in place of a density.
+    /// A direction, and its value times |cosθo| over its density. `sample1` chooses the mirror or the lobe. Rescaled,
+    /// it is the lobe's first of three variates, which chooses reflection or transmission; draws of a disabled
+    /// component weigh zero. The mirror has a probability in place of a density.
     std::pair<BSDFSample3f, Spectrum> sample(const Lobe &lobe, const Textures<Float, Spectrum> &textures,
                                              const BSDFContext &ctx, const SurfaceInteraction3f &si, Float sample1,
                                              const Point2f &sample2, Mask active) const {
