@@ -42,8 +42,8 @@ PART = "renderings"
 SUPERSAMPLE = 1
 # View of the snake; width and height in pixels.
 VIEW = View(300, 200)
-# Factor on the cells of the snake's mesh along each direction in all other pictures (mitsuba_scenes/snake.py). The page
-# states the number of faces; its own pictures have RESOLUTION.
+# Default factor on the cells of the snake's mesh along each direction (mitsuba_scenes/snake.py). The page states the
+# number of its faces; the pictures of the page have RESOLUTION.
 DEFAULT_RESOLUTION = 4.0
 # Parameters of the plugin for a scan under FLSS, which needs a relief that repeats. A window as wide as the scan
 # (in µm) suppresses interference between repeats.

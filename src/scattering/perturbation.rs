@@ -1,8 +1,8 @@
 //! First-order perturbation of a shallow relief (Rice 1951), from the boundary conditions of Maxwell's equations: an
 //! independent reference for tests of the small-slope factors.
 //!
-//! Wave vectors are in units of the wave number in air, and lengths in its inverse. Waves are `exp(i·k·x)`, and media
-//! have the index n = η + ik with k ≥ 0. The magnetic field is scaled to `k × E`.
+//! Wave vectors are in units of the wave number in air, and lengths in its inverse. Waves are `exp(i·k·x)`, so the
+//! index n of a medium has an imaginary part of at least 0. The magnetic field is scaled to `k × E`.
 
 use super::Vec3;
 use sunbeam_fourier::num_complex::Complex64;
