@@ -68,6 +68,7 @@ void abandon_unless(bool succeeded) {
 
 } // namespace
 
+// Dr.Jit's reference counts do not throw.
 uint32_t retain(uint32_t index) noexcept {
     return jit_var_inc_ref(index);
 }
@@ -120,8 +121,10 @@ uint32_t f32_from_bits(uint32_t a) noexcept {
 }
 
 void gather(uint32_t source, uint32_t at, uint32_t mask, rust::Slice<uint32_t> indices) noexcept {
+    // Zeros tell the caller of an error.
     for (uint32_t &index : indices)
         index = 0;
+    // A single element is no packet.
     if (indices.size() == 1) {
         indices[0] = traced(jit_var_gather, source, at, mask);
         return;
@@ -154,7 +157,7 @@ bool run_loop(uint32_t backend, const char *name, Loop &loop) noexcept {
         for (uint32_t index : state)
             indices.push_back(index);
     };
-    // Does not throw, because Dr.Jit also calls it while it unwinds. The unused `bool` is set when a loop restarts.
+    // Must not throw, because Dr.Jit also calls it while it unwinds. The unused `bool` is set when a loop restarts.
     const auto write = [](void *payload, const drjit::vector<uint64_t> &indices, bool) {
         rust::Vec<uint32_t> state;
         for (size_t i = 0; i < indices.size(); ++i)

@@ -51,9 +51,9 @@ public:
     /// Whether the mirror reflection by a film's flat side is a component.
     bool reflects_at_back() const { return m_back_reflection; }
 
-    /// A direction, and its value times |cosθo| over its density. `sample1` chooses the mirror or the lobe. Then it is
-    /// the lobe's first of three variates, which chooses reflection or transmission; draws of a disabled component
-    /// weigh zero. The mirror has a probability in place of a density.
+    /// A direction, and its value times |cosθo| over its density. `sample1` chooses the mirror or the lobe. Rescaled,
+    /// it is the lobe's first of three variates, which chooses reflection or transmission; draws of a disabled
+    /// component weigh zero. The mirror has a probability in place of a density.
     std::pair<BSDFSample3f, Spectrum> sample(const Lobe &lobe, const Textures<Float, Spectrum> &textures,
                                              const BSDFContext &ctx, const SurfaceInteraction3f &si, Float sample1,
                                              const Point2f &sample2, Mask active) const {
@@ -193,7 +193,7 @@ private:
                 pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
             if constexpr (Value) {
                 power *= specular;
-                // The lobe has the power of light from wi to wo. In the radiance mode light travels from wo to wi:
+                // The lobe has f(wi → wo)·|cosθo|. In the radiance mode light travels from wo to wi:
                 // by reciprocity f(wo → wi) = f(wi → wo) ni²/no², with the index ni on the side of wi and no of wo.
                 if (ctx.mode == TransportMode::Radiance && !m_is_film)
                     power *=
@@ -282,8 +282,8 @@ private:
         static constexpr float LENGTH_SQUARED_MIN = 1e-12f;
     };
 
-    /// Mueller matrix of light that arrives from `from` and leaves towards `to`, over its first element, between
-    /// Mitsuba's frames of reference. One matrix applies to all light of a pair, so nothing is depolarised.
+    /// Mueller matrix of light that arrives from `from` and leaves towards `to`, divided by its first element, and
+    /// between Mitsuba's frames of reference. One matrix applies to all light of a pair, so nothing is depolarised.
     ///
     /// Up to a common factor, and to √τ √τ0 of the two states, the amplitudes are
     ///

@@ -12,16 +12,17 @@ const COUNT: usize = 20_000;
 const WAVELENGTHS_NM: [f64; 4] = [420.0, 500.0, 580.0, 660.0];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // None: skins have no other period or height.
+    // Period and height are `None`: a skin accepts no others than its own.
     let surface = Surface::new(&Preset::Xenopeltis.build(None, None)?, &Options::default())?;
     // Unit vector to the light, 30° from the normal z.
     let wi = [0.5, 0.0, 0.75f64.sqrt()];
     let mut random = Pcg64::seed_from_u64(1);
-    // Sums of the samples' weights f·cosθ/pdf, one for each wavelength. Their means estimate the albedo.
+    // Sums of the samples' weights f·cosθ/pdf, one for each wavelength. Mean weights estimate the albedo.
     let mut sum = [0.0; 4];
     let mut below_horizon = 0;
     for _ in 0..COUNT {
-        // None is a sample below the horizon, whose weight is zero. It counts among the COUNT samples.
+        // Three random numbers in [0, 1) give a sample. `None` is one below the horizon: its weight is zero, and it
+        // counts among the COUNT samples.
         let Some(sample) = surface.sample(wi, &WAVELENGTHS_NM, [random.random(), random.random(), random.random()])
         else {
             below_horizon += 1;

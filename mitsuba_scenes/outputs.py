@@ -49,7 +49,7 @@ def _refusing(path: Path) -> Iterator[None]:
 
 
 def _check_file(path: Path) -> None:
-    """Raises OSError or ArgumentTypeError unless `path` can be written or created."""
+    """Raises OSError or ArgumentTypeError unless `path` can be written or created; devices are not checked."""
     if path.is_dir():
         raise argparse.ArgumentTypeError(f"{path} is a folder")
     if path.is_file():
@@ -64,6 +64,6 @@ def _check_folder(folder: Path) -> None:
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not existing.is_dir():
         raise argparse.ArgumentTypeError(f"{existing} is no folder")
-    # An unnamed file checks permission and leaves nothing behind.
+    # A temporary file checks permission and leaves nothing behind.
     with tempfile.TemporaryFile(dir=existing):
         pass

@@ -38,13 +38,13 @@ WAVELENGTHS_NM = [430, 520, 580, 650]
 STEP = 1e-2
 # Half the step for the rotation in degrees: small compared with the orders' width of 5 degrees.
 STEP_DEG = 5e-2
-# Largest relative error of a derivative, equal to that of tests/test_plugin_live.py. It covers the rounding of values,
+# Accepted relative error of a derivative, equal to that of tests/test_plugin_live.py. It covers the rounding of values,
 # about 1e-7 over a step of 1e-2, and the curvature over the step.
 RELATIVE = 1e-2
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
-    """One check per kind of variant, such as `rgb`, and parameter."""
+    """One check per kind of variant, such as `rgb`, and parameter. No file is written to `folder`."""
     for kind in plan.kinds:
         for parameter in plan.derivatives:
             yield f"{plan.variant(kind)}, by {parameter}", partial(compared, plan.variant(kind), parameter)
@@ -66,7 +66,7 @@ def compared(variant: str, parameter: str) -> dict:
         si.wavelengths = WAVELENGTHS_NM
 
     def summed_value(parameter_value):
-        """The sum over channels of the BSDF's value after the parameter is set."""
+        """Sets the parameter, and returns the BSDF's value summed over channels, an array of one element."""
         parameters[key] = parameter_value
         parameters.update()
         return dr.sum(bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(OUTGOING)))

@@ -43,7 +43,7 @@ UNITS = {"B": 1, "KiB": 1 << 10, "MiB": 1 << 20, "GiB": 1 << 30}
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
-    """One inspection per kind of variant, such as `rgb`, and surface."""
+    """One inspection per kind of variant, such as `rgb`, and surface. No file is written to `folder`."""
     for kind in plan.kinds:
         for name in plan.inspected:
             yield f"{plan.variant(kind)}, {name}", partial(inspected, plan.variant(kind), name)
@@ -71,8 +71,9 @@ def answer(bsdf: mi.BSDF, call: str, asked: Questions) -> list:
 def kernel(call: Callable[[], list]) -> dict:
     """Compiles and runs the kernels of a call, and describes the one with the most operations.
 
-    `operations` are counted by Dr.Jit, and `source_kb` is the size of its intermediate code. `compiled_s` is the
-    compilation time in s, and `cached` says whether a cache had the kernel. `reported` adds the driver's numbers.
+    `operations` are counted by Dr.Jit, and `source_kb` is the size of its intermediate code in kB. `compiled_s` is the
+    compilation time in s, and `cached` says whether a cache had the kernel. `reported` adds the driver's numbers, the
+    largest over all kernels of the call.
     """
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
         dr.kernel_history_clear()

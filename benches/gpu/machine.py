@@ -21,7 +21,7 @@ CARD_FIELDS = {
 
 
 def card() -> dict | None:
-    """The first NVIDIA card that `nvidia-smi` lists, with the keys of CARD_FIELDS, or `None`."""
+    """The first NVIDIA card that `nvidia-smi` lists, under the result keys of CARD_FIELDS; `None` without a card."""
     query = ["nvidia-smi", f"--query-gpu={','.join(CARD_FIELDS)}", "--format=csv,noheader"]
     try:
         done = subprocess.run(query, capture_output=True, text=True, timeout=30)
@@ -42,7 +42,7 @@ def described(found: dict | None) -> dict:
         "card": None,
         **(found or {}),
         "processor": processor(),
-        "cores": os.cpu_count(),
+        "cores": os.cpu_count(),  # logical cores
         "python": platform.python_version(),
         **{name: installed(name) for name in ("mitsuba", "drjit", "numpy")},
         "sunbeam": tool.sunbeam("--version").split()[-1],
@@ -68,7 +68,7 @@ def loads(library: str) -> bool:
 
 
 def processor() -> str:
-    """The model of the CPU from /proc/cpuinfo, or `unknown CPU`."""
+    """The model of the CPU from /proc/cpuinfo; `unknown CPU` where it names none."""
     file = Path("/proc/cpuinfo")
     lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
     return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "unknown CPU")

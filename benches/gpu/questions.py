@@ -43,8 +43,8 @@ class Questions:
 class Answers:
     """Values and weights (channels, n) or Mueller matrices (4, 4, channels, n), densities (n,) and directions (3, n).
 
-    `value` and `pdf` are from `eval` and `pdf`, `both_value` and `both_pdf` from `eval_pdf`; `weight`, `sampled_wo` and
-    `sampled_pdf` are from `sample`.
+    Values include the cosine of `wo`. `value` and `pdf` are from `eval` and `pdf`, `both_value` and `both_pdf` from
+    `eval_pdf`; `weight` (value over density), `sampled_wo` and `sampled_pdf` are from `sample`.
     """
 
     value: np.ndarray
@@ -72,7 +72,7 @@ def directions(rng: np.random.Generator, count: int) -> np.ndarray:
 
 
 def ask(bsdf: mi.BSDF, asked: Questions) -> Answers:
-    """The answers of the four calls in the current variant."""
+    """The answers of `eval`, `pdf`, `eval_pdf` and `sample` in the current variant."""
     return ask_one_by_one(bsdf, asked) if is_scalar() else ask_at_once(bsdf, asked)
 
 
@@ -95,7 +95,7 @@ def ask_at_once(bsdf: mi.BSDF, asked: Questions) -> Answers:
 
 
 def ask_one_by_one(bsdf: mi.BSDF, asked: Questions) -> Answers:
-    """The answers of a scalar variant."""
+    """The answers of a scalar variant, one question after another."""
     ctx, si, answers = mi.BSDFContext(), dr.zeros(mi.SurfaceInteraction3f), []
     for i in range(asked.count):
         si.wi = mi.Vector3f(asked.wi[:, i].tolist())

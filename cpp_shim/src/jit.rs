@@ -1,5 +1,6 @@
 //! Dr.Jit's functions for tracing, declared for C++ in `cpp_shim/jit.h`. Arguments and results are indices of Dr.Jit's
-//! variables, without derivatives. `backend` is the number of a `JitBackend`, LLVM or CUDA.
+//! variables, without derivatives. A variable is an array; a *lane* is one position in all arrays of a kernel.
+//! `backend` is the number of a `JitBackend`, LLVM or CUDA.
 //!
 //! Each operation borrows its operands, records one operation of Dr.Jit, and returns a new reference to the result.
 //! Index 0 stands for no variable: an operation that fails, or has an operand 0, returns 0. The first error message of

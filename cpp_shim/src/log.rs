@@ -18,7 +18,7 @@ use sunbeam::table::Progress;
 #[allow(unreachable_pub, reason = "cxx declares all functions public")]
 #[cxx::bridge(namespace = "sunbeam")]
 mod ffi {
-    // SAFETY: the functions take a line by value and keep nothing of it.
+    // SAFETY: the functions keep no reference to the line.
     unsafe extern "C++" {
         include!("log.h");
 
@@ -69,15 +69,15 @@ impl Log for WarningLogger {
 fn write_warnings() {
     let waiting = std::mem::take(&mut WARNINGS.lock().unwrap_or_else(PoisonError::into_inner).waiting);
     for line in waiting {
-        // A line that the logger refuses is dropped.
+        // A line that Mitsuba's logger refuses is dropped.
         let _ = log_warn(&line);
     }
 }
 
 /// Runs `build` on a new thread, and writes its progress and the library's warnings to Mitsuba's log. A panic of
-/// `build` continues on this thread. Only threads on which Mitsuba has called the plugin may call it.
+/// `build` continues on this thread. Call it only from threads on which Mitsuba calls the plugin.
 pub(crate) fn logged<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
-    // Fails on all calls but the first, and if the process has another logger.
+    // Fails on all calls but the first, and if the process has another logger, which then receives the warnings.
     if log::set_logger(&WarningLogger).is_ok() {
         log::set_max_level(LevelFilter::Warn);
     }
@@ -104,7 +104,7 @@ fn with_progress<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
         });
         while ended.recv_timeout(LOG_INTERVAL) == Err(RecvTimeoutError::Timeout) {
             let percent = 100.0 * f64::from_bits(fraction_bits.load(Ordering::Relaxed));
-            // A line that the logger refuses is dropped.
+            // A line that Mitsuba's logger refuses is dropped.
             let _ = log_info(&format!("diffraction: building tables, {percent:.0} %"));
         }
         builder.join().unwrap_or_else(|panic| resume_unwind(panic))

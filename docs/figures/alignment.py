@@ -46,7 +46,7 @@ class CutOut:
 
     @property
     def wander_um(self) -> float:
-        """Rms distance of lines of constant phase from straight ones, at least a period from the edges."""
+        """Rms distance of lines of constant phase from straight ones; the outermost period at each edge is left out."""
         return float(np.sqrt(np.mean(self.shift_um[inside(self.period_um, self.pixel_um)] ** 2)))
 
 
@@ -70,7 +70,7 @@ def wave_shift_um(heights_um: np.ndarray, pixel_um: float, axis: str, period_um:
 
     The plane wave is fitted to the pixels at least a period from the edges.
     """
-    # Rows and columns exchanged where needed, so that the waves run along the columns' index.
+    # Rows and columns are exchanged for a period along y, so that the period is along the second axis.
     relief = heights_um if axis == "x" else heights_um.T
     x_um = np.arange(relief.shape[1]) * pixel_um
     # h·exp(−2πi x/p), without the mean height.
@@ -88,7 +88,10 @@ def wave_shift_um(heights_um: np.ndarray, pixel_um: float, axis: str, period_um:
 
 
 def inside(period_um: float, pixel_um: float) -> tuple[slice, slice]:
-    """Rows and columns at least a period from the edges, where the window is complete to two standard deviations."""
+    """Rows and columns at least a period from the edges, where the Gaussian is complete to two standard deviations.
+
+    The period is at least a pixel.
+    """
     edge = round(period_um / pixel_um)
     return slice(edge, -edge), slice(edge, -edge)
 

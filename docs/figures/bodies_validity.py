@@ -1,7 +1,8 @@
 """Part `bodies-validity` of the documentation (page.py): transmitted orders of gratings against other solvers.
 
-tests/judges/gratings/transmitted.py has the gratings, lights and stored results of the solvers, the *judges*. Misplaced
-power is the fraction of the transmitted light that a theory puts into wrong orders.
+tests/judges/gratings/transmitted.py has the gratings, lights and stored results of the solvers, the *judges*. An
+order's power is a fraction of the incident light. Misplaced power is the fraction of the transmitted light that a
+theory puts into wrong orders.
 """
 
 from __future__ import annotations
@@ -26,10 +27,11 @@ THEORIES = {
     "rigorous": transmitted.rigorous,
 }
 
-# Names and gratings whose tables are measured: those with periods of up to 2 µm.
+# Names and gratings whose tables are measured: those with periods of up to 2 µm. Wider ones have more orders and take
+# longer to build.
 TABULATED = [(name, grating) for name, grating in transmitted.GRATINGS if grating.period <= 2.0]
-# Description of a rigorous surface's tables in the plugin's text for an object: megabytes, seconds to build, and error
-# of an order.
+# Description of a rigorous surface's tables in the plugin's text for an object: megabytes, seconds to build, and rms
+# error of an order.
 TABLES = re.compile(r"tables of ([\d.]+) MB.*\(([\d.]+) s to build\).*error of an order ([\d.e-]+)")
 
 
@@ -64,8 +66,8 @@ def figures() -> dict:
     """Misplaced power of each theory, errors of `rigorous` and of the judges, and errors of tables.
 
     `rows` has an entry for each grating. Its `misplaced` has a list for each theory: the means over the wavelengths,
-    one for each of LIGHTS_DEG. `error` is the rms difference of an order's power between `rigorous` and the judge.
-    `unsettled` has by preset the largest change of an order's power between a judge's two resolutions. Raises
+    one for each light of LIGHTS_DEG. `error` is the rms difference of an order's power between `rigorous` and the
+    judge. `unsettled` has by preset the largest change of an order's power between a judge's two resolutions. Raises
     SetupError if the numbers contradict the page.
     """
     judged = transmitted.load()

@@ -83,7 +83,7 @@ class Compared:
     exact: np.ndarray
     #: The judge's powers with transmittances that are means over s and p, as in the model (docs/model.md).
     by_means: np.ndarray
-    #: The judge's powers with each state's own transmittances.
+    #: The judge's powers with the transmittances of each polarisation state, s and p.
     by_states: np.ndarray
     #: Misplaced power of SCALAR under the cover, against `by_means`.
     covered: float
@@ -129,6 +129,7 @@ def by_span(made: list[Compared]) -> list[dict]:
     """
     rows = []
     for dielectric in (False, True):
+        # Keys of METAL_JUDGES are the shapes.
         for shape in METAL_JUDGES:
             group = [
                 each
@@ -153,7 +154,7 @@ def drawn() -> dict:
     - `rows`: errors of both theories by medium and shape; `unsettled`: the judge's largest change between resolutions.
     - `misplaced`: the result of `by_span`.
     - `exact`: the errors of EXACT over all settings.
-    - `states`: the errors of EXACT against powers with each state's transmittances, for each range of angles.
+    - `states`: the errors of EXACT against powers with each state's transmittances (`by_states`), by range of angles.
     - `settings`: the number of settings; `left_out`: the number of further ones whose judge has not converged.
     """
     made = [compared(answer) for answer in load(COVERED)]

@@ -24,8 +24,8 @@ RADIAL_CELLS = 4
 def write_disc(ply: Path) -> Path:
     """Writes the horizontal ring as PLY in cm, with normals along +z and texture coordinates in [0, 1]; returns `ply`.
 
-    v is 0 on the +x axis and grows counter-clockwise seen from above. The radius at v = 1 is the same line as that at
-    v = 0 with other texture coordinates, so its vertices appear twice.
+    v is 0 on the +x axis and grows counter-clockwise seen from above. The radial lines v = 0 and v = 1 coincide and
+    differ only in their texture coordinates, so their vertices are written for both.
     """
     v, u = np.meshgrid(np.linspace(0, 1, ANGULAR_CELLS + 1), np.linspace(0, 1, RADIAL_CELLS + 1), indexing="ij")
     radius_cm, angle = INNER_RADIUS_CM + (OUTER_RADIUS_CM - INNER_RADIUS_CM) * u, 2 * np.pi * v

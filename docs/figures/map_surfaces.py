@@ -35,7 +35,7 @@ PIXELS_OF_PERIOD = 40
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A surface: its name on the page, its heights, the edge of a pixel, and the coherence length.
+    """A surface: its name on the page, its heights, the edge of a square pixel, and the coherence length.
 
     `words` are the arguments of `sunbeam` that select it.
     """
@@ -137,7 +137,8 @@ def read_heights(*words) -> tuple[np.ndarray, float]:
 def cut_out(surface: Surface, edge_um: float, bar_um: float | None, pixels: int) -> Image.Image:
     """A picture of the square about pixel (0, 0) with the edge `edge_um`, `pixels` wide and high, +y up.
 
-    Heights are grey, the lowest black. A red bar of `bar_um` for scale is in the lower right corner, unless `None`.
+    Heights are grey, the lowest black; they must not all be equal. A red bar of `bar_um` for scale is in the lower
+    right corner, unless `None`.
     """
     count = round(edge_um / surface.pixel_um)
     heights_um = surface.heights_um

@@ -2,7 +2,8 @@
 
 It has the thesis' table 1.1 and figures 1.8 to 1.10. The angle of the brightest light at each wavelength gives a
 spacing (spacing.py). The page lists mean and variance of the spacing over the wavelengths. A *preset* is a procedural
-relief of `sunbeam`, a *scan* a measured one, and a *strip* a part of a scan. A *tile* is a relief that repeats.
+relief of `sunbeam`, a *scan* a measured one, and a *strip* a part of a scan. A *tile* is a relief that repeats. Skins
+count among the *gratings*, since they are periodic along x.
 
 Presets are evaluated by Single 2014's methods FLSS, NMM and PQ (docs/realtime.md), which need a tile. Scans are
 evaluated by the direct sum, which needs none. A *ridge* is a group of wavelengths whose spacings agree. Single 2014's
@@ -248,8 +249,8 @@ def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
 def relief_sizes() -> dict:
     """The rows of `size_rows`, and for rms heights and slopes the largest relative difference and the outliers' names.
 
-    An outlier is a scan beyond the quantiles of the crops. Raises SetupError if one is below them, since the page says
-    that such scans are rougher than the presets.
+    The crops are parts of the preset's tile with the size of the scan. An outlier is a scan beyond their quantiles.
+    Raises SetupError if one is below them, since the page says that such scans are rougher than the presets.
     """
     rows = size_rows()
     # `size_rows` also has peaks to valley, which the page compares with those of whole tiles instead.

@@ -42,7 +42,8 @@ PART = "renderings"
 SUPERSAMPLE = 1
 # View of the snake; width and height in pixels.
 VIEW = View(300, 200)
-# Factor on the cells of the snake's mesh along each direction, by default; the page states the number of faces.
+# Default factor on the cells of the snake's mesh along each direction (mitsuba_scenes/snake.py). The page states the
+# number of its faces; the pictures of the page have RESOLUTION.
 DEFAULT_RESOLUTION = 4.0
 # Parameters of the plugin for a scan under FLSS, which needs a relief that repeats. A window as wide as the scan
 # (in µm) suppresses interference between repeats.
@@ -62,11 +63,11 @@ ZOOM_TARGET_CM = (-0.462, -0.476, 2.018)
 # which is no unit vector. x falls by 0.19 from the second to the third, which extrapolates to about 0 for the first.
 SOUTH_TO_NORTH = ((0.0, 0.0, -0.9999), (-0.1989, 0.0, -0.9799), (-0.3897, 0.0, -0.9208))
 SOUTHEAST_TO_WEST = ((0.0995, 0.0993, -0.9900), (0.0995, 0.2940, -0.9505), (0.0995, 0.4770, -0.8731))
-# Centre of the insets' box in pixels.
+# Figure 2.18: centre in pixels of the box that an inset shows enlarged.
 INSET_AT = (190, 85)
-# Half side of the insets' box in pixels.
+# Figure 2.18: half side of this box in pixels.
 INSET_HALF = 15
-# Distances of the compass's letters E and W, and of N and S, from the middle of the picture.
+# Figure 2.18: distances of the compass's letters E and W, and of N and S, from the middle of the picture.
 COMPASS_CM = (2.6, 1.6)
 
 

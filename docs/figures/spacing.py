@@ -2,6 +2,7 @@
 
 Symbols: θi is the angle of incidence and λ the wavelength. θr is the angle of view at which the response S/λ² is
 largest, positive on the side of the light. The grating equation of order 1 gives the spacing λ/(sin θi + sin θr).
+Single 2014 is a thesis (docs/model.md#sources).
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ class Evaluation:
     def within(self, low_nm: float, high_nm: float) -> Evaluation:
         """A copy whose peaks are searched among spacings from `low_nm` to `high_nm` alone.
 
-        Such a range excludes side lobes of order 0.
+        Such a range excludes side lobes of order 0. At each wavelength some angle of view must have such a spacing.
         """
         nm = np.asarray(self.report["wavelengths_nm"])
         angles_deg = self.report["angles_deg"][0] + self.report["angle_step_deg"] * np.arange(self.response.shape[1])
@@ -85,7 +86,7 @@ class Evaluation:
 
 
 def spacing_nm(wavelength_nm: np.ndarray, theta_r_deg: np.ndarray) -> np.ndarray:
-    """The spacing λ/(sin θi + sin θr); arguments broadcast."""
+    """The spacing λ/(sin θi + sin θr) for θr above −θi; arguments broadcast."""
     return wavelength_nm / (np.sin(np.radians(THETA_I_DEG)) + np.sin(np.radians(theta_r_deg)))
 
 

@@ -4,6 +4,9 @@ It also has random evaluations in Mitsuba, *questions* (questions.py). Symbols: 
 of heights, so κH is the largest phase in radians. S is the power density of the tables (docs/tables.md). *Taylor* and
 *Chebyshev* are series for the phase screen, and FLSS is a method that uses them (docs/model.md). A *point* of the
 report has the errors at one κH, or at one angle of incidence.
+
+The error of a series is the largest absolute error of an order's amplitude. Errors of S are relative. Points ascend in
+κH.
 """
 
 from __future__ import annotations
@@ -101,7 +104,7 @@ def draw_deep(points: list[dict], file: Path) -> None:
 
 
 def draw_grazing(surfaces: list[dict], file: Path) -> None:
-    """Draws errors of S and albedos of each surface against the angle from the horizon, on a logarithmic axis.
+    """Draws errors of S and albedos of each surface (three at most) against the angle from the horizon.
 
     Solid lines of albedos are with energy conservation, dashed ones without. Grey lines are the tables' tolerance and
     the albedo 1, the largest that conserves energy.

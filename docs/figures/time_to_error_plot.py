@@ -1,7 +1,8 @@
 """The plot of times to a given error, from the results of time_to_error.py.
 
-A *cell* is such a result: a scene in a variant of Mitsuba, with a row of `ways` for each material. REFERENCE is
-Mitsuba's material, with which the diffraction is compared.
+A *cell* is such a result: a scene in a variant of Mitsuba. Its list `ways` has an entry for each material, with the
+material's name and `seconds_to_error`. One is REFERENCE, Mitsuba's own material; the others diffract, and are named by
+their reliefs.
 """
 
 from __future__ import annotations
@@ -29,9 +30,8 @@ def draw(cells: list[dict], aim: float, side: int, path: Path) -> None:
     figure, ax = plt.subplots(figsize=(8, 0.7 * len(rows) + 1.4))
     for cell in cells:
         by_name = {way["name"]: way["seconds_to_error"] for way in cell["ways"]}
-        # The variants' lines lie side by side about the middle of the row; `place` counts them from there.
+        # The variants' lines are 0.18 apart about the middle of the row, which is 1 high.
         place = VARIANTS.index(cell["variant"]) - 0.5 * (len(VARIANTS) - 1)
-        # A row is 1 high, and its lines are 0.18 apart.
         colour, offset = COLOURS[cell["variant"]], 0.18 * place
         for name, seconds in by_name.items():
             if name == REFERENCE:

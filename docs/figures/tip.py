@@ -26,7 +26,7 @@ def seen_profile(heights_um: np.ndarray, step_um: float, radius_um: float) -> np
 
 
 def seen_tile(heights_um: np.ndarray, pixel_um: float, radius_um: float) -> np.ndarray:
-    """The image at its pixels of a tile [iy, ix] that repeats.
+    """The image of a tile [iy, ix] that repeats, at its pixels.
 
     Between pixels the relief is interpolated as a band-limited function, by shifts of its spectrum. The tip may
     therefore be smaller than a pixel.
@@ -36,7 +36,7 @@ def seen_tile(heights_um: np.ndarray, pixel_um: float, radius_um: float) -> np.n
     # Spatial frequencies in cycles per µm.
     ky = np.fft.fftfreq(rows)[:, None] / pixel_um
     kx = np.fft.rfftfreq(columns) / pixel_um
-    seen = heights_um.copy()
+    image_um = heights_um.copy()
     offsets_um = np.arange(-STEPS, STEPS + 1) * (radius_um / STEPS)
     for y_um in offsets_um:
         for x_um in offsets_um:
@@ -44,8 +44,8 @@ def seen_tile(heights_um: np.ndarray, pixel_um: float, radius_um: float) -> np.n
             if 0 < distance_um <= radius_um:
                 phase = 2 * np.pi * (kx * x_um + ky * y_um)
                 shifted_um = np.fft.irfft2(spectrum * np.exp(1j * phase), s=heights_um.shape)
-                np.maximum(seen, shifted_um + cap_um(distance_um, radius_um), out=seen)
-    return seen
+                np.maximum(image_um, shifted_um + cap_um(distance_um, radius_um), out=image_um)
+    return image_um
 
 
 def cap_um(distance_um: float, radius_um: float) -> float:

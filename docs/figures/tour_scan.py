@@ -25,7 +25,7 @@ from .rgb_against_spectral import LUMINANCE
 from .tip import seen_profile, seen_tile
 
 PART = "tour-scan"
-# Radii of the tips, in ascending order.
+# Radii of the tips, chosen, in ascending order.
 RADII_NM = (5, 10, 30)
 # Presets that are gratings.
 GRATINGS = ("blazed", "lamellar")
@@ -33,7 +33,7 @@ GRATINGS = ("blazed", "lamellar")
 SKINS = ("elaphe", "xenopeltis")
 # Period of the gratings.
 PERIOD_UM = 2.5
-# Heights of the gratings.
+# Heights of the gratings from groove to ridge, chosen.
 HEIGHT_UM = {"blazed": 0.25, "lamellar": 0.125}
 # Distance of a grating's samples, a tenth of the smallest tip's radius; 5000 make a period.
 STEP_UM = 0.0005
@@ -58,7 +58,7 @@ WINDOW = 0.25
 
 @dataclass(frozen=True)
 class Tile:
-    """A relief: the name of its preset, heights, and the edge of a pixel."""
+    """A relief: the name of its preset, heights, and the side of a square pixel."""
 
     name: str
     heights_um: np.ndarray
@@ -135,7 +135,8 @@ def surface_figures(tile: Tile, folder: Path) -> dict:
     """
     words = tile.write(folder)
     period_um = period_of(words)
-    reference = folder / "reference.exr"
+    # Maps of the relief itself and of an image, which `sunbeam compare` compares.
+    reference, imaged = folder / "reference.exr", folder / "imaged.exr"
     draw(words, reference)
     mask = write_lit_mask(reference, folder / "lit.png")
     orders = orders_of(tile, words, period_um)
@@ -145,8 +146,8 @@ def surface_figures(tile: Tile, folder: Path) -> dict:
         image = tile.imaged(radius_nm * 1e-3)
         # The image replaces the relief's file, which is not read again.
         words = image.write(folder)
-        draw(words, folder / "imaged.exr")
-        compared = json.loads(sunbeam("compare", reference, folder / "imaged.exr", "--mask", mask))
+        draw(words, imaged)
+        compared = json.loads(sunbeam("compare", reference, imaged, "--mask", mask))
         imaged_orders = orders_of(image, words, period_um)
         tips.append(
             {
@@ -185,11 +186,12 @@ def period_of(words: tuple) -> float:
 def orders_of(tile: Tile, words: tuple, period_um: float) -> dict[int, float]:
     """Fractions of the light at normal incidence and WAVELENGTH_NM in orders along x, by scalar diffraction.
 
-    For a grating `sunbeam orders` computes them. A skin has orders ±1 alone: the power of its phase screen in a window
-    about the spatial frequency ±1/`period_um`. WINDOW is the window's half width relative to this frequency.
+    For a grating `sunbeam orders` computes them. A skin has orders ±1 alone: the power of its phase screen in a square
+    window about the spatial frequency (±1/`period_um`, 0). WINDOW is the window's half width relative to 1/`period_um`.
     """
     if tile.name in GRATINGS:
         report = json.loads(sunbeam("orders", *words, "--wavelength", WAVELENGTH_NM, "--json"))
+        # The mean of both polarisations.
         return {order["order"]: order["mean"] for order in report["orders"]}
     # The phase screen: light travels each height twice, so the phase is 4πh/λ.
     screen = np.exp(4j * np.pi / (WAVELENGTH_NM * 1e-3) * tile.heights_um)

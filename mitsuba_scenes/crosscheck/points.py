@@ -1,7 +1,8 @@
 """Values at pixel centres: Mitsuba traces a ray through each, and the plugin's BSDF is evaluated at its hit point.
 
 There is no sampling and no filter, so both renderers must give equal values. A colour is the sum over the wavelengths
-of `Quadrature`: Σ π f_r(wi, wo, λ) cos θo · weight(λ). A white diffuse plane facing the sun has colour 1.
+of `Quadrature`: Σ π f_r(wi, wo, λ) cos θo · weight(λ). π is the sun's irradiance (light.py), so a white diffuse plane
+facing the sun has colour 1.
 
 The BSDF takes the direction to the camera as wi and the direction to the sun as wo, as in a path tracer. Both are unit
 vectors in the shading frame of the skin, with z along the normal. θo is the angle of wo with the normal.
@@ -26,8 +27,8 @@ WAVELENGTHS_PER_CALL = 4
 # Largest angle between the normals of neighbouring pixels on one scale of the snake's skin. Chosen: across a scale's
 # rim it is larger.
 SMOOTH_ANGLE_DEG = 12.0
-# Largest relative difference between the distances to the camera of neighbouring pixels on one scale. Chosen: about a
-# tenth of the body's width.
+# Largest relative difference between the distances to the camera of neighbouring pixels on one scale. Chosen: from the
+# scene's camera it is about a tenth of the body's width.
 SMOOTH_DISTANCE = 0.02
 
 

@@ -14,8 +14,8 @@ pub fn linear_srgb_to_lab(rgb: [f64; 3]) -> [f64; 3] {
     xyz_to_lab(linear_srgb_to_xyz(rgb))
 }
 
-/// CIEDE2000 difference ΔE₂₀₀₀ of two CIELAB colours `[L*, a*, b*]`, with kL = kC = kH = 1. A difference of about 1 is
-/// just noticeable.
+/// CIEDE2000 difference ΔE₂₀₀₀ of two CIELAB colours `[L*, a*, b*]`, with the weights kL = kC = kH = 1. A difference of
+/// about 1 is just noticeable.
 ///
 /// ```
 /// use sunbeam::colour::{ciede2000, linear_srgb_to_lab};

@@ -93,7 +93,8 @@ impl SpectralToRgb {
                 *total += value;
             }
         }
-        let largest = white[0].max(white[1]).max(white[2]).max(0.0);
+        let largest = white[0].max(white[1]).max(white[2]);
+        // Refuses an empty grid, too, whose sums are 0.
         if !white.iter().all(|&total| total > WHITE_MIN * largest) {
             return Err(ColourError::NoWhite { first_nm, step_nm, count });
         }
@@ -105,7 +106,7 @@ impl SpectralToRgb {
         Ok(Self { first_nm, step_nm, weights })
     }
 
-    /// Weights for [`OBSERVER_RANGE_NM`] in steps of `step_nm`, in nm. The default and M. Single's thesis of 2014 use
+    /// Weights for [`OBSERVER_RANGE_NM`] in steps of `step_nm`. The default and M. Single's thesis of 2014 use
     /// 5 nm. Smaller steps resolve narrower peaks of a reflectance.
     ///
     /// # Errors

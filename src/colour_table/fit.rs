@@ -34,6 +34,7 @@ pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRin
     let zero_squared = estimate_zero_squared(&values, &sampled_w, knee);
     for row in values.chunks_exact_mut(row_len) {
         for (sample, w) in row.chunks_exact_mut(3).zip(&sampled_w) {
+            // Samples have w > 0, so the divisor is not 0.
             let scale = ((w * w + knee_squared) / (w * w + zero_squared)) as f32;
             sample.iter_mut().for_each(|channel| *channel *= scale);
         }
@@ -59,8 +60,8 @@ pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRin
 /// Estimate of `zero²` of the [module](self)'s formula, from the samples `values[direction][w][channel]` of F at
 /// `sampled_w`.
 ///
-/// Up to the knee F is proportional to `w² + zero²`. With the first sample w_0, and w_k, the first beyond the knee,
-/// `zero² ≈ w_k²·F(w_0)/F(w_k) − w_0²` for w_k much larger than zero.
+/// Up to the knee F is proportional to `w² + zero²`. With w at the first sample, w_0, and at the first beyond the knee,
+/// w_k, follows `zero² ≈ w_k²·F(w_0)/F(w_k) − w_0²` for w_k much larger than zero.
 ///
 /// Near the knee F falls short of the square law by a factor of up to 3. For `zero = 0` the formula would then give up
 /// to 2·w_0². So 3·w_0² is subtracted in place of w_0².
@@ -98,6 +99,7 @@ fn collocation_inverse(ring: &RingPlan) -> Vec<f32> {
 /// `p[i] = s[i] + z·p[i − 1]`, then `q[i] = z·(q[i + 1] − p[i])`. The coefficients are 6·q (`table/spline.rs`).
 fn prefilter_periodic(values: &mut [f32], row_len: usize) {
     /// Rows after which a filter has forgotten its start: |pole|²⁴ ≈ 2e-14 is below the rounding of single precision.
+    /// So is |pole|¹⁶ ≈ 7e-10, on the shortest rings of 16 directions.
     const WARM_UP: usize = 24;
     let pole = POLE as f32;
     let n = values.len() / row_len;

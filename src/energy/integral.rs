@@ -42,8 +42,8 @@ const RIDGE_COSINE_MAX: f64 = 0.45;
 /// leaves 1.013, and smaller ratios take longer.
 const RIDGE_RATIO: f64 = 1.55;
 /// Smallest cosθo at which orders on a ridge are counted. Chosen: only Gaussians narrower than those of filtered
-/// sunlight (coherence length 65 µm) reach this bound. Closer to the horizon the divisor of the outgoing direction
-/// removes the ridge.
+/// sunlight (coherence length 65 µm) reach this bound. Closer to the horizon the albedo of the outgoing direction, by
+/// which the reflectance is divided, too, removes the ridge.
 const RIDGE_COSINE_MIN: f64 = 0.07;
 
 /// Albedo integral of one ensemble table, at any incidence and wavelength.
@@ -231,7 +231,7 @@ impl<'a> AlbedoIntegral<'a> {
         if self.separate_nodes().is_none() {
             return Vec::new();
         }
-        // Larger standard deviation of a node in direction cosines.
+        // Standard deviation of a node in direction cosines, the larger one of both axes.
         let sigma = TYPICAL_WAVELENGTH_UM
             * [&self.table.lattice().x, &self.table.lattice().y]
                 .map(LatticeAxis::sigma_per_um)

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 /// use sunbeam::grating::{GratingColourSurface, GratingSurface, Profile};
 /// use sunbeam::table::Progress;
 ///
-/// // A perfectly conducting sinusoid of period 0.6 µm and height 0.1 µm.
+/// // A sinusoid of period 0.6 µm and height 0.1 µm; without an index it is a perfect conductor.
 /// let profile = Profile::sinusoid(0.6, 0.1)?;
 /// let (coherence_length_um, build_limit) = (20.0, 1.0);
 /// let grating = GratingSurface::new(&profile, None, coherence_length_um, build_limit, &Progress::none())?;
@@ -47,7 +47,7 @@ impl GratingColourSurface {
         &self.grating
     }
 
-    /// Table data: of the efficiencies, then of the colour tables.
+    /// Table data in 32-bit words: of the efficiencies, then of the colour tables.
     pub fn words(&self) -> [&[u32]; 2] {
         [self.grating.words(), &self.words]
     }
@@ -81,9 +81,9 @@ impl GratingColourSurface {
         GratingColourLobe { layout: *self.grating.layout(), tables: self.tables, gamut: Gamut::Keep, words }
     }
 
-    /// `f_r` in 1/sr as linear sRGB: [`GratingSurface::eval`] integrated over the visible wavelengths with D65 and the
-    /// CIE 1931 functions. The material's reflectance is included, the cosine is not. Colours outside sRGB have
-    /// negative channels.
+    /// `f_r` in 1/sr as linear sRGB, between unit vectors that point away from the surface: [`GratingSurface::eval`]
+    /// integrated over the visible wavelengths with D65 and the CIE 1931 functions. The material's reflectance is
+    /// included, the cosine is not. Colours outside sRGB have negative channels.
     pub fn eval(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
         self.lobe::<f64>().eval(wi, wo, LinearSrgb, true)
     }

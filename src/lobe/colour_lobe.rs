@@ -29,7 +29,7 @@ pub struct ColourFactors {
     pub reference: Option<ComplexIndex>,
     /// The obliquity factor.
     pub obliquity: Obliquity,
-    /// Whether the V-cavity factor M applies.
+    /// Whether the V-cavity factor M of shadowing applies.
     pub shadowing: bool,
     /// Band means of R/R0 for resized reliefs; `None` if the ratio is 1.
     pub ratio: Option<BandRatio>,
@@ -70,6 +70,7 @@ pub(super) fn band_excess<N: Numbers>(
     let lit = N::Real::lit;
     // Quadrature over wavelengths. Albedos are read without the coherence window, so `keeps_window` is false.
     let at_nodes = BAND_NODES_NM.map(|nm| albedo.excess(place, &Reading::resized(lit(nm), size, false), active));
+    // A channel's weights may be negative. The bound keeps the divisor at 1 at least.
     BAND_NODE_WEIGHTS.map(|weights| {
         (0..BAND_NODES).fold(lit(0.0), |sum, node| at_nodes[node].fma(lit(weights[node]), sum)).max(lit(0.0))
     })
@@ -95,6 +96,7 @@ impl<N: Numbers> ColourLobe<N> {
     }
 }
 
+// The provided methods: the lobe only reflects.
 impl<N: Numbers> Sides<N> for ColourLobe<N> {}
 
 impl<N: Numbers> InColour<N> for ColourLobe<N> {
@@ -141,7 +143,7 @@ impl<N: Numbers> InColour<N> for ColourLobe<N> {
 
     #[inline(always)]
     fn draw(&self, wi: [N::Real; 3], _to_below: N::Mask, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
-        // The sampler needs two of the three random numbers.
+        // The sampler needs two of the three random numbers; callers mirror its result to below.
         self.sampler.sample(wi, [u[1], u[2]], active)
     }
 }

@@ -49,9 +49,9 @@ use crate::numeric::Numbers;
 /// Value, density and samples of one lobe, over the numbers `N`.
 ///
 /// `C` is the spectral content that a ray carries: `[N::Real; L]` for `L` wavelengths in nm, or [`LinearSrgb`].
-/// Wavelengths must lie within the tables' range. Directions are unit vectors in the relief's frame and point away from
-/// the surface. Results are zero where the mask is false, and where a direction lies below the surface of a lobe that
-/// only reflects.
+/// Wavelengths must lie within the tables' range. Directions are unit vectors in the relief's frame, whose z axis is
+/// the normal, and point away from the surface. Results are zero where the mask is false, and where a direction lies
+/// below the surface of a lobe that only reflects.
 ///
 /// ```
 /// use sunbeam::lobe::Lobe;
@@ -73,9 +73,9 @@ pub trait Lobe<N: Numbers, C: Copy> {
     /// Reflectance in 1/sr: `[N::Real; L]` at the wavelengths, or the three channels of linear sRGB.
     type Value;
 
-    /// `f_r` in 1/sr between two directions, without the cosine. [`SpectralLobe`], and [`ColourLobe`] without an index,
-    /// also leave out the interface's factor ([`Pair::interface`](crate::scattering::Pair::interface)), which callers
-    /// multiply by.
+    /// `f_r` in 1/sr between two directions, without the cosine. [`SpectralLobe`], and [`ColourLobe`] without a
+    /// refractive index, also leave out the interface's factor, by which callers multiply
+    /// ([`Pair::interface`](crate::scattering::Pair::interface)).
     fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], carried: C, active: N::Mask) -> Self::Value;
 
     /// Density of [`Lobe::sample`] over solid angle, in 1/sr; with wavelengths, the mean over them.

@@ -53,7 +53,7 @@ pub struct SurfaceReport {
     pub table: TableReport,
     /// Bytes of all tables: spectrum, sampler and albedo.
     pub bytes: usize,
-    /// Albedos before and after the division by them; `None` where energy is not conserved.
+    /// Albedos before and after the division; `None` where energy is not conserved, and for a transparent body.
     pub energy: Option<AlbedoReport>,
     /// Build time of the whole surface in seconds.
     pub build_seconds: f64,
@@ -96,7 +96,7 @@ impl Surface {
         let Built { table, packed, report: table_report } = build_table(field, options, &table_progress)?;
         let sampler = Sampler::new(&table, options);
         let (albedo_table, energy) = albedos(field, &table, options, &albedo_progress)?;
-        // Lobes without an albedo table skip the division.
+        // A table of ones is dropped: lobes without an albedo table skip the division.
         let albedo_table = albedo_table.filter(|table| !table.is_one()).map(Arc::new);
         let report = SurfaceReport {
             bytes: packed.bytes() + sampler.bytes() + albedo_table.as_ref().map_or(0, |table| table.bytes()),

@@ -1,7 +1,7 @@
 //! FLSS, full lambda spectral sampling (Dhillon et al. 2014, docs/model.md#sources).
 //!
-//! `relief_rgb(q) = Σ_i S(f; κ)/λ_i² · weight_i` over wavelengths λ_i in equal steps. `weight_i` is the quadrature
-//! weight for linear sRGB (colours.rs).
+//! `relief_rgb(q) = Σ_i S(f; κ)/λ_i² · weight_i`, in 1/sr, over wavelengths λ_i in equal steps. `weight_i` is the
+//! quadrature weight for linear sRGB (colours.rs).
 //!
 //! `q = wi + wo = (u, v, w)` is the scattering vector, `f = (u, v)/λ_i` the spatial frequency and `κ = 2πw/λ_i` the
 //! phase rate. S is the power spectrum in µm² of the patch model (docs/model.md#the-reflectance), computed from a
@@ -39,7 +39,7 @@ pub(super) struct FlssUniform {
 pub struct Flss {
     /// The tile's orders, with the neighbourhood that the tolerance requires.
     orders: Orders,
-    /// Wavelengths and colour weights to sum over.
+    /// Colour weights and wavelengths in µm to sum over, `[r, g, b, λ]`.
     colours: Colours,
 }
 
@@ -78,11 +78,12 @@ impl Flss {
 impl Relief for Flss {
     fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         let mut rgb = [0.0; 3];
+        // Zero for a `q` that is not the sum of two directions above the surface.
         if is_query(q) {
             let wavelengths_um = self.colours.iter().map(|&[r, g, b, um]| (um, [r, g, b]));
-            self.orders.densities(q, wavelengths_um, |um, colour, density| {
-                let value = density / (um * um);
-                rgb = [0, 1, 2].map(|c| rgb[c] + value * colour[c]);
+            self.orders.densities(q, wavelengths_um, |um, weight, density_um2| {
+                let value = density_um2 / (um * um);
+                rgb = [0, 1, 2].map(|c| rgb[c] + value * weight[c]);
             });
         }
         rgb

@@ -17,7 +17,7 @@
 
 use super::{ComplexIndex, Pair, SpectralIndex, Vec3, direction_above};
 
-/// The flat side of a cover, seen from air.
+/// The flat side of a cover, seen from air. Directions are unit vectors with z > 0, away from the relief.
 ///
 /// ```
 /// use sunbeam::scattering::Cover;
@@ -43,9 +43,9 @@ impl Cover {
         self.eta
     }
 
-    /// Direction inside the cover of light that has the direction `w` outside, a unit vector above the surface.
+    /// Direction inside the cover of light that has the direction `w` outside.
     pub fn inside(self, [x, y, z]: Vec3) -> Vec3 {
-        // n² cos²θ' = n² − sin²θ = (n² − 1) + cos²θ.
+        // n·cosθ', since n² cos²θ' = n² − sin²θ = (n² − 1) + cos²θ.
         let normal = (self.eta * self.eta - 1.0 + z * z).sqrt();
         [x, y, normal].map(|c| c / self.eta)
     }
@@ -59,7 +59,7 @@ impl Cover {
     pub fn transmittance(self, w: Vec3) -> f64 {
         let squared = self.eta * self.eta;
         let normal = (squared - 1.0 + w[2] * w[2]).sqrt();
-        // With N = n·cosθ' = √(n² − sin²θ) (`normal`) and the denominators s and p of the Fresnel coefficients, this is
+        // With N = n·cosθ' (`normal`) and the denominators s and p of the Fresnel coefficients, the transmittance is
         // the mean of 4N·cosθ/s² and 4N·n²·cosθ/p². Near the horizon this form is more precise than 1 − R.
         let (s, p) = (w[2] + normal, squared * w[2] + normal);
         2.0 * w[2] * normal * (1.0 / (s * s) + squared / (p * p))

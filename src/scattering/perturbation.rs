@@ -1,9 +1,13 @@
 //! First-order perturbation of a shallow relief (Rice 1951), from the boundary conditions of Maxwell's equations: an
 //! independent reference for tests of the small-slope factors.
+//!
+//! Wave vectors are in units of the wave number in air, and lengths in its inverse. Waves are `exp(i·k·x)`, so the
+//! index n of a medium has an imaginary part of at least 0. The magnetic field is scaled to `k × E`.
 
 use super::Vec3;
 use sunbeam_fourier::num_complex::Complex64;
 
+/// Components along x, y and the normal z.
 type Vector = [Complex64; 3];
 
 /// Plane wave of unit amplitude: its electric field E has E·E = 1, without a complex conjugate.
@@ -11,7 +15,7 @@ type Vector = [Complex64; 3];
 struct Wave {
     /// Electric and magnetic field at the origin.
     fields: [Vector; 2],
-    /// Normal component of the wave vector, over the wave number in air.
+    /// Normal component of the wave vector.
     k_z: Complex64,
 }
 
@@ -19,8 +23,8 @@ fn cross(a: Vector, b: Vector) -> Vector {
     [0, 1, 2].map(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
 }
 
-/// Waves in the polarisation states s and p of the wave vector `k`, in units of the wave number in air. `n` is the
-/// refractive index of the medium. `k` must not be along the normal.
+/// Waves in the polarisation states s and p of the wave vector `k` in a medium of index `n`. `k` must not be along the
+/// normal.
 fn states(k: Vector, n: Complex64) -> [Wave; 2] {
     let length = (k[0].re * k[0].re + k[1].re * k[1].re).sqrt();
     let s = [-k[1] / length, k[0] / length, Complex64::default()];
@@ -28,26 +32,26 @@ fn states(k: Vector, n: Complex64) -> [Wave; 2] {
     [s, p].map(|electric| Wave { fields: [electric, cross(k, electric)], k_z: k[2] })
 }
 
-/// Amplitudes `[reflected, transmitted][outgoing state][incident state]` of light that arrives from `wi` in air, over
-/// the height h times the wave number, to first order in h. The relief has the height `h·exp(iK·x)`, where K takes the
+/// Amplitudes `[reflected, transmitted][outgoing state][incident state]` of light that arrives from `wi` in air,
+/// divided by the height h, to first order in h. The relief has the height `h·exp(iK·x)`, where K takes the
 /// tangential wave vector of the arriving light to that of `wo`. The transmitted light has the tangential wave vector
-/// of `wo`, too.
+/// of `wo`, too. Neither `wi` nor `wo` may be along the normal.
 ///
-/// They follow from the boundary conditions: the fields' components along the actual surface are continuous.
+/// The amplitudes follow from the boundary conditions: the fields' components along the actual surface are continuous.
 pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2]; 2]; 2] {
     type Fields = nalgebra::Vector4<Complex64>;
     // x and y components of the electric field, then of the magnetic field.
     let tangential = |fields: &[Vector; 2]| Fields::new(fields[0][0], fields[0][1], fields[1][0], fields[1][1]);
     let one = Complex64::new(1.0, 0.0);
-    // Wave vector with the tangential part (x, y) in a medium of index n, upwards or downwards by the sign.
+    // Wave vector with the tangential part (x, y) in a medium of index n, upwards (1) or downwards (−1).
     let wave_vector = |x: f64, y: f64, sign: f64, n: Complex64| {
         let z = sign * (n * n - x * x - y * y).sqrt();
         [Complex64::new(x, 0.0), Complex64::new(y, 0.0), z]
     };
     // Reflected and transmitted states of one tangential wave vector.
     let outgoing = |x: f64, y: f64| (states(wave_vector(x, y, 1.0, one), one), states(wave_vector(x, y, -1.0, n), n));
-    // Amplitudes of these states: reflected s and p, transmitted s and p. Their tangential fields in air exceed
-    // those in the medium by `jump` at z = 0.
+    // Amplitudes of these states: reflected s and p, transmitted s and p. At z = 0 their tangential fields in air minus
+    // those in the medium are `jump`.
     let solved = |x: f64, y: f64, jump: Fields| {
         let (up, down) = outgoing(x, y);
         let columns = [

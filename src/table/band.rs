@@ -1,7 +1,7 @@
 //! Band limit, along one axis, of the power spectrum from which the nodes of an ensemble's table are computed (symbols:
-//! `mod.rs`).
+//! `mod.rs`, and `lattice.rs` for an axis).
 //!
-//! The ensemble is the mean over all positions of the coherence window. Its nodes are the transform of the
+//! An ensemble's spectrum is the mean over all positions of the coherence window. Its nodes are the transform of the
 //! autocorrelation times the window, and the autocorrelation is the transform of the power spectrum. A scan with fine
 //! pixels has power far beyond the frequencies of any pair of directions ([`super::FREQUENCY_MAX_PER_UM`]). The window
 //! spreads such power over some node spacings only, so most of it does not reach the nodes. The spectrum is therefore
@@ -14,7 +14,8 @@ use sunbeam_fourier::next_fast_len;
 
 /// Margin above [`FREQUENCY_MAX_PER_UM`] within which power is kept entirely, in node spacings (`1/period_um`) per tap
 /// (node that a look-up reads). The taps span about the width to which the window spreads power. With this margin and
-/// [`TRANSITION`], the table's error stays that of the interpolation for tolerances from 1e-2 to 1e-6.
+/// [`TRANSITION`], the table's error stays that of the interpolation for tolerances from 1e-2 to 1e-6. Larger values
+/// keep more pixels; smaller ones weaken the highest frequencies.
 const KEPT_MARGIN: f64 = 3.0;
 /// Width of the transition from kept to cut frequencies, in node spacings per tap. Larger values keep more pixels;
 /// smaller ones make the cut sharper and so the autocorrelation longer.
@@ -31,7 +32,7 @@ pub(super) struct Band {
 
 impl Band {
     /// Number of pixels, at most `lags`, of an autocorrelation whose spectrum is cut at `edge_per_um` (cycles/µm).
-    /// Before the cut it has `lags` pixels of the size `pixel_um`.
+    /// Before the cut it has `lags` pixels of the size `pixel_um`, one per lag.
     pub(super) fn planned_pixels(lags: usize, pixel_um: f64, edge_per_um: f64) -> usize {
         // More than two pixels per period of the edge frequency. The conversion to an integer saturates.
         next_fast_len(((2.0 * edge_per_um * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)
@@ -50,10 +51,11 @@ impl Band {
         if kept >= lags {
             return Self { weights: vec![1.0; lags] };
         }
-        // Ends of the transition in cycles/µm; `high` is half the sampling rate of the kept pixels.
+        // Ends of the transition in cycles/µm; `high` is half the sampling rate of the kept pixels. It exceeds `low`:
+        // the plan kept frequencies up to BAND_MARGIN.
         let low = FREQUENCY_MAX_PER_UM + KEPT_MARGIN * axis.taps as f64 / axis.period_um;
         let high = 0.5 * kept as f64 / length_um;
-        // The argument of erfc runs from −steepness at `low` to steepness at `high`, and erfc(√ln(1/ε)) < ε.
+        // The argument of erfc runs from −steepness at `low` to steepness at `high`; erfc(√ln(1/ε)) < ε, the tolerance.
         let steepness = (1.0 / tolerance).ln().sqrt();
         // In FFT order, bins i and kept − i have opposite frequencies.
         let weight = |bin: usize| {

@@ -1,6 +1,7 @@
 //! A [`SpectralTable`] packed in 32-bit words, the form that evaluators read.
 //!
-//! The order of the words follows; `format.rs` describes those of entries, records and their coefficients.
+//! A *record* is the power or amplitude of one node over κ, as spline coefficients. A node's *entry* has their start,
+//! counted in *packets*, the words that a look-up reads at once (`format.rs`). The order of the words:
 //!
 //! 1. An entry for every node of the lattice, row by row from node `(−reach, −reach)`.
 //! 2. The coefficients of a record of zeros, which stands for all nodes without a record.
@@ -49,7 +50,7 @@ pub struct PackedLayout {
     pub kappa_step: f64,
     /// κ₀ of [`SpectralTable`]'s formulas in rad/µm: the reciprocal of half the range of heights.
     pub kappa_knee: f64,
-    /// Power of order zero at κ = 0, for [`Format::Fixed`], whose entries leave it out.
+    /// Power of order zero at κ = 0. [`Format::Fixed`] reads it here, since its entries leave it out.
     pub zero: f64,
     /// Format of entries and coefficients.
     pub format: Format,
@@ -98,7 +99,7 @@ impl PackedTable {
         // Packets beyond a record are read, with weights of zero. After the last record they have to exist.
         let mut words = vec![0u32; end + format.packets_read() * packet_words];
         for entry in words[..entries_end].chunks_exact_mut(entry_words) {
-            entry[0] = zeros_start as u32 / packet_words as u32;
+            entry[0] = (zeros_start / packet_words) as u32;
         }
         let packed: Vec<(Vec<u32>, u32)> = nodes.par_iter().map(|(_, _, record)| format.pack(record)).collect();
         for (((jx, jy, record), start), (coefficients, scale)) in nodes.iter().zip(&starts).zip(&packed) {

@@ -41,7 +41,7 @@ pub struct MethodReport {
     options: MethodOptions,
     /// Wall-clock time to compute the method's data, or to read it from the cache.
     build_seconds: f64,
-    /// Size of the data on the GPU.
+    /// Size of the data on the GPU in bytes.
     method_bytes: u64,
     /// The sum over wavelengths; `None` for methods without uniform steps between wavelengths.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -116,7 +116,7 @@ impl Realtime {
         Ok((shader, report))
     }
 
-    /// The sum over wavelengths; `None` for methods without uniform steps between wavelengths.
+    /// The sum over wavelengths, if the method reads the option `lambda_step_nm`: its steps are then uniform.
     fn quadrature(&self) -> Result<Option<Quadrature>, Box<dyn Error>> {
         if !self.kind.options().contains(&"lambda_step_nm") {
             return Ok(None);

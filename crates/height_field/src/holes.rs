@@ -1,8 +1,8 @@
 //! Detection of points without a height.
 //!
 //! A point is missing where its number is NaN, infinite, of magnitude 1e30 or more, or *isolated*: far from all other
-//! numbers, such as −9999 (`isolated.rs`). Missing points are first marked as NaN, then replaced (`fill.rs`) or
-//! refused.
+//! numbers, such as −9999 (`isolated.rs`). Missing points are first marked as NaN, then replaced (`fill.rs`, `film.rs`)
+//! or refused.
 
 use super::isolated::isolated;
 use super::{Fill, HeightField, HeightFieldError, check_pixel_size};
@@ -12,7 +12,8 @@ use ndarray::Array2;
 /// nothing was measured; no height in any unit is as large.
 const MISSING_MAGNITUDE: f64 = 1e30;
 
-/// `number`, or NaN if it marks a missing point: NaN, infinities, and magnitudes from [`MISSING_MAGNITUDE`] on.
+/// `number`, or NaN if it marks a missing point by itself: NaN, infinities, and magnitudes from [`MISSING_MAGNITUDE`]
+/// on.
 pub(crate) fn known_or_nan(number: f64) -> f64 {
     // NaN fails the comparison.
     if number.abs() < MISSING_MAGNITUDE { number } else { f64::NAN }
@@ -22,7 +23,7 @@ pub(crate) fn known_or_nan(number: f64) -> f64 {
 pub(crate) struct Holes {
     /// Number of missing points.
     pub count: usize,
-    /// Row and column of the first one; `None` without missing points.
+    /// Row and column, from 0, of the first one in row-major order; `None` without missing points.
     pub first: Option<(usize, usize)>,
     /// Numbers recognised as missing by their distance from all heights (`isolated.rs`), each with its count.
     pub isolated: Vec<(f64, usize)>,

@@ -8,9 +8,9 @@ use bytemuck::{Pod, Zeroable};
 use sunbeam::methods::AnswerKind;
 use sunbeam::scattering::{ComplexIndex, Cover, Obliquity};
 
-/// A visible surface point with its directions to light and viewer, for which a [`super::Shader`] computes the
-/// reflectance; same layout as `Query` in `query.wgsl`. Both directions are in the grating's frame on the mesh, and in
-/// the scene's frame on the ground ([`Query::GROUND`]).
+/// The surface point that a pixel shows, with its directions to light and viewer, for which a [`super::Shader`]
+/// computes the reflectance; same layout as `Query` in `query.wgsl`. Both directions are in the grating's frame on the
+/// mesh, and in the scene's frame on the ground ([`Query::GROUND`]).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Query {

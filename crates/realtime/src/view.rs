@@ -21,7 +21,7 @@ pub const PIGMENT_SCALE: f32 = 0.35;
 /// samples of each pixel.
 const SUPERSAMPLE: std::ops::RangeInclusive<u32> = 1..=64;
 
-/// A pinhole camera; z is up.
+/// A pinhole camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Position in cm.
@@ -49,8 +49,9 @@ struct ImagePlane {
 }
 
 impl Camera {
-    /// The image plane of a picture with this width and height in pixels. Its vectors are those of Mitsuba's `look_at`
-    /// and `perspective`: rows are stored from the top, and the field of view is the horizontal one.
+    /// The image plane of a picture with this width and height in pixels, at least 1. Its vectors are those of
+    /// Mitsuba's `look_at` and `perspective`: rows are stored from the top, and the field of view is the horizontal
+    /// one.
     ///
     /// # Errors
     /// [`GpuError::Parameter`] for a viewing direction that is zero or vertical.
@@ -221,15 +222,15 @@ impl View {
     }
 
     /// The uniform struct of one sample of a picture with this width and height in pixels. `sample` counts the samples
-    /// of a pixel from 0, by rows from the upper left one. `film_eta` is the refractive index of a mesh that is a film,
-    /// or 0.
+    /// of a pixel from 0 to `samples() − 1`, by rows from the upper left one. `film_eta` is the refractive index of a
+    /// mesh that is a film, or 0.
     ///
     /// # Errors
     /// The errors of [`View::check`].
     pub(super) fn uniform(&self, size: (u32, u32), sample: u32, film_eta: f32) -> Result<FrameUniform, GpuError> {
         self.check()?;
         let ImagePlane { forward, right, down } = self.camera.image_plane(size)?;
-        // Position in the pixel of the cell `i` of a row or column of cells.
+        // Centre of the cell `i` along one side of the pixel, in pixels.
         let subpixel = |i: u32| (i as f32 + 0.5) / self.supersample as f32;
         let (sin, cos) = self.rotation_deg.to_radians().sin_cos();
         // The numbers are the values of `Frame.blend` in frame.wgsl.

@@ -34,7 +34,7 @@ function setField(surface, key, value) {
   else surface[key] = value;
 }
 
-/** The control `id` changes the field of the surface with the same name. `read(control)` returns the value. */
+/** Lets the control `id` change the field of the surface with the same name. `read(control)` returns the value. */
 function listenForSurface(id, read) {
   byId(id).addEventListener("change", () => {
     const value = read(byId(id));
@@ -105,7 +105,7 @@ function listenToInterface() {
   for (const id of ["eta", "cover_eta"]) listenForSurface(id, number);
   // The library accepts `k` only with `eta`, so both are set. A `k` of 0 is left out.
   byId("k").addEventListener("change", () => change(({ surface }) => {
-    surface.k = number(byId("k")) || undefined;
+    setField(surface, "k", number(byId("k")) || undefined);
     surface.eta ??= number(byId("eta"));
   }));
   // The library requires the refractive index of a film. It refuses absorption, a cover, shadowing, and any obliquity
@@ -136,7 +136,8 @@ function listenToPicture() {
     page.engine.cancel();
     showProgress(null);
     goBack();
-    // A message, since the next picture overwrites the status line.
+    // `page.good` is the last state with a complete picture, to which `goBack` has returned; null without one. A
+    // message is shown, since the next picture overwrites the status line.
     showMessage(page.good ? "Cancelled. This is the picture from before." : "Cancelled.");
   });
   byId("recover").addEventListener("click", recover);

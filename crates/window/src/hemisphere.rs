@@ -29,7 +29,7 @@ pub(crate) struct BrdfMap {
 /// Side in pixels of the map to draw after a map with the side `done`; `None` after the finest map. `done` is `None`
 /// before the first map. `pace` is the estimated speed of the method.
 ///
-/// The map is the finest one that takes at most [`PREVIEW_MS`], else the next finer one.
+/// The map is the finest one that takes at most [`PREVIEW_MS`]. If none does, it is the coarsest one finer than `done`.
 pub(crate) fn next_side(done: Option<usize>, pace: &Pace) -> Option<usize> {
     let mut finer = SIDES.into_iter().filter(|&side| done.is_none_or(|done| side > done));
     let fits = |&side: &usize| pace.fits(area(side), PREVIEW_MS);
@@ -41,8 +41,8 @@ fn area(side: usize) -> f64 {
     (side * side) as f64
 }
 
-/// Draws a map with `side` pixels along each side for the light at the surface point `seen`. Updates the estimate
-/// `pace`, for which the pixels of the map count as rays.
+/// Draws a map with `side` pixels along each side for the light at `seen`, the surface point under the cursor with its
+/// directions. Updates the estimate `pace`, for which the pixels of the map count as rays.
 ///
 /// # Errors
 /// The errors of [`Shader::brdf_map`].

@@ -1,8 +1,8 @@
 """Parameters of surfaces and settings, with the values that each accepts.
 
-docs/plugin.md explains the parameters. The limits repeat those of the library (``src/config/``), so that a sweep
-refuses a range beyond a limit before it computes anything. ``tests/test_sweep_spec.py`` compares them with the
-library's.
+A *setting* is a combination of parameters under which every surface of a sweep is computed (spec.py). docs/plugin.md
+explains the parameters. The limits repeat those of the library (``src/config/``), so that a sweep refuses a range
+beyond a limit before it computes anything. ``tests/test_sweep_spec.py`` compares them with the library's.
 """
 
 from __future__ import annotations
@@ -135,14 +135,14 @@ LIGHT: dict[str, Accepted] = {
     "theta_i_deg": Numbers(0, 90, "degrees", open_high=True),
     "phi_i_deg": Numbers(-360, 360, "degrees"),
 }
-#: All parameters in the order of the table's columns.
+#: All parameters in the order of the columns of a sweep's results.
 PARAMETERS: dict[str, Accepted] = {**SOURCE, **SURFACE, **SCENE, **LIGHT}
 
 
 def check_value(where: str, name: str, value: object) -> Value:
     """Returns the value if the parameter ``name`` accepts it, an integer as ``float``.
 
-    Raises :class:`SweepError` otherwise. ``where`` names the specification's table in its message.
+    Raises :class:`SweepError` otherwise. ``where`` names the specification's table in the message.
     """
     accepted = PARAMETERS[name]
     if not accepted.accepts(value):
@@ -153,7 +153,7 @@ def check_value(where: str, name: str, value: object) -> Value:
 def check_whole(where: str, value: object, low: int, high: int) -> int:
     """Returns the value if it is an integer from ``low`` to ``high``.
 
-    Raises :class:`SweepError` otherwise. ``where`` names the value in its message.
+    Raises :class:`SweepError` otherwise. ``where`` names the value in the message.
     """
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
         raise SweepError(f"{where} is {shown(value)}, but must be a whole number from {low} to {high}")
@@ -168,7 +168,7 @@ def shown(value: object) -> str:
 def check_keys(where: str, given: object, accepted: tuple[str, ...] | list[str]) -> dict[str, object]:
     """Returns ``given`` if it is a table and all its keys are accepted.
 
-    Raises :class:`SweepError` otherwise. ``where`` names the table in its message.
+    Raises :class:`SweepError` otherwise. ``where`` names the table in the message.
     """
     if not isinstance(given, dict):
         raise SweepError(f"{where} must be a table, but is {shown(given)}")

@@ -51,8 +51,8 @@ class Reflector(Protocol):
     def albedo(self, wi: Iterable[float], wavelengths_nm: Iterable[float], u: Floats) -> NDArray[np.float64]:
         """The reflected fraction of light from ``wi``, ``[wavelengths]``, for unpolarised light.
 
-        The result is the mean weight of samples drawn with random numbers ``u[samples, 3]`` in [0, 1). Samples of
-        transmitted light count as 0.
+        The result is the mean weight (BSDF times cosine over density) of samples drawn with random numbers
+        ``u[samples, 3]`` in [0, 1). Samples of transmitted light count as 0.
         """
 
 

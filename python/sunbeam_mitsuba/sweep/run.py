@@ -1,8 +1,8 @@
-"""Runs a sweep from its specification to its table.
+"""Runs a sweep from its specification to its table of results.
 
 A *case* is a surface under a setting, a row of the table. Results of earlier runs stay in the folder, so a run computes
-only the cases without a valid result. The workers write results, and this process (the driver) reads them back
-for the table, the sheet and the summary.
+only the cases without a valid result. The workers write results. This process, the driver, reads them back for the
+table, the contact sheet of pictures and the summary (store.py).
 """
 
 from __future__ import annotations

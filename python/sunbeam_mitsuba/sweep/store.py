@@ -1,7 +1,7 @@
 """The output folder of a sweep: results are written atomically, and a lock admits one sweep at a time.
 
-A *case* is a surface under a setting, a row of the table. The *driver* is the process that runs the sweep and holds
-the lock; its *workers* compute cases and write results.
+A *case* is a surface under a setting, a row of the table of results. The *driver* is the process that runs the sweep
+and holds the lock; its *workers* compute cases and write results.
 
 ``results/`` has a JSON file for each case, its record (work.record_of), and ``pictures/`` its pictures. Files are in
 subfolders named by the first two digits of the case's identity, since folders with 10⁵ files are slow.
@@ -29,9 +29,9 @@ from filelock import FileLock, Timeout
 
 from .errors import SweepError
 
-#: File name of the table.
+#: File name of the table of results.
 TABLE = "sweep.parquet"
-#: File name of the table of times.
+#: File name of the table of computing times.
 TIMES = "times.parquet"
 #: File name of the contact sheet.
 SHEET = "index.html"
@@ -71,7 +71,7 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def picture_name(identity: str, ending: str) -> str:
-    """Path of a picture relative to the sweep's folder; ``ending`` is a key of Answer.pictures, such as ``map.exr``."""
+    """Path of a picture relative to the sweep's folder. ``ending``, such as ``map.exr``, names one of a case."""
     return f"pictures/{identity[:2]}/{identity}-{ending}"
 
 
@@ -241,4 +241,5 @@ class Store:
                 if part.stat().st_mtime < oldest_kept:
                     part.unlink()
             except OSError:
+                # Another process has removed it, or it cannot be removed and does no harm.
                 continue

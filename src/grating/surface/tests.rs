@@ -23,20 +23,21 @@ struct ClosedForm {
     sides: usize,
 }
 
-/// Cosine with the normal of the order with the wave number `a`, in projection onto the plane across the grooves.
+/// Cosine with the normal of the order with the wave number `a` along x, in projection onto the plane across the
+/// grooves. `t` is the length of the wave vector's projection, the largest `|a|` that propagates.
 fn cos(t: f64, a: f64) -> f64 {
     (1.0 - (a / t).powi(2)).max(0.0).sqrt()
 }
 
-/// Efficiency between the incident wave number `a` and the outgoing one `c`, both along x. The bound of both is `t`;
-/// all three are in units of 2π/d.
+/// Efficiency between the incident wave number `a` and the outgoing one `c`, both along x. They and `t` ([`cos`]) are
+/// in units of 2π/d.
 fn efficiency(t: f64, a: f64, c: f64, nm: f64) -> f64 {
     let (m, fade) = (c - a, (nm / 600.0).recip());
     0.2 * fade * (-0.3 * m.abs()).exp() * (1.0 + 0.5 * (0.7 * (a - c)).sin()) * (cos(t, a) * cos(t, c)).sqrt().min(1.0)
 }
 
-/// Factor of a film's efficiencies between channels with the wave numbers `a` and `c`, from the first of two sides to
-/// the second; 0 is above.
+/// Factor of a film's efficiencies between the wave number `a` on the side `from` and `c` on the side `to`; side 0 is
+/// above, 1 below.
 fn film_factor([from, to]: [usize; 2], a: f64, c: f64) -> f64 {
     // Transmission depends on the sign of a + c, which both ways of the light share.
     match [from, to] {
@@ -49,10 +50,13 @@ fn film_factor([from, to]: [usize; 2], a: f64, c: f64) -> f64 {
 
 impl OrderSolver for ClosedForm {
     fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError> {
+        // Propagating orders m have |b + m| ≤ t, with the Bloch phase b.
         let first = -((t + b).floor());
         let count = ((t - b).floor() + (t + b).floor()) as usize + 1;
         let alpha = |i: usize| b + first + i as f64;
+        // A channel is an order on a side: the propagating orders above, then those below.
         let channels = count * self.sides;
+        // Efficiency between two channels.
         let between = |from: usize, to: usize, nm: f64| {
             let (a, c) = (alpha(from % count), alpha(to % count));
             efficiency(t, a, c, nm) * film_factor([from / count, to / count], a, c)

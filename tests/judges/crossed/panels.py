@@ -1,6 +1,6 @@
 """Vertical discretisation of the solver (solver.py): polynomials over two panels, collocated at Gauss points.
 
-The vertical coordinate s is 0 on the relief; one panel lies in each medium.
+The vertical coordinate s, upwards in µm, is 0 on the relief; one panel lies in each medium.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from numpy.polynomial.legendre import leggauss
 class Panels:
     """The lower panel [−below, 0] and the upper [0, above], lengths in µm.
 
-    Each panel has `nodes` nodes at the extrema of a Chebyshev polynomial, which include its ends, and `nodes − 1` Gauss
-    points. Both have a node at 0, where the solver equates their values. Nodes and `points` ascend from the lower panel
-    to the upper. The matrices `value` and `slope`, `[point, node]`, map values at all nodes to values and slopes at all
-    points.
+    Each panel has `nodes` (≥ 2) nodes at the extrema of a Chebyshev polynomial, which include its ends, and `nodes − 1`
+    Gauss points. Both have a node at 0, where the solver equates their values. Nodes and `points` ascend from the lower
+    panel to the upper. The matrices `value` and `slope`, `[point, node]`, map values at all nodes to values and slopes
+    (per µm) at all points.
     """
 
     below: float
@@ -40,7 +40,7 @@ class Panels:
 
 
 def panels(below: float, above: float, nodes: int) -> Panels:
-    """Panels of these heights."""
+    """Panels with the heights `below` and `above` in µm."""
     # Nodes and Gauss points of a panel, scaled to [−1, 1].
     extrema = -np.cos(np.pi * np.arange(nodes) / (nodes - 1))
     gauss, _ = leggauss(nodes - 1)

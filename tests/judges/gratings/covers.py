@@ -1,7 +1,8 @@
 """Gratings under a clear cover: powers of orders in air, from the judges' powers inside and by the project's theories.
 
-A power is the fraction of unpolarised light from air in an order that leaves into air. Light that the cover's flat side
-reflects back to the grating is left out. The transmittances of the flat side multiply the powers inside.
+The light comes from air and is unpolarised. A power is its fraction in one order that leaves into air. Light that the
+cover's flat side reflects back to the grating is left out. The transmittances of the flat side multiply the powers
+inside. A *state* is a polarisation, s or p.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from .theories import EXACT, SCALAR, grating_arguments, medium_arguments
 
 
 def transmittances(eta: float, cos: np.ndarray | float) -> np.ndarray:
-    """Fresnel's transmittances of a cover's flat side in s and p, `[..., state]`, from the index and cosines in air."""
+    """Fresnel's transmittances of a cover's flat side in s and p, `[..., state]`, from its index and cosines in air."""
     cos = np.asarray(cos)
     # `eta` times the cosine inside.
     inside = np.sqrt(eta**2 - 1 + cos**2)
@@ -39,15 +40,15 @@ def through_means(judged: Judged) -> np.ndarray:
 def through_states(judged: Judged) -> np.ndarray:
     """The judge's powers with each state's own transmittances; s and p stay incoherent."""
     arriving, leaving = flat_sides(judged)
-    # Axes are order m, state out a, state in b.
+    # Axes: m is the order, a the state of outgoing light, b that of incident light.
     return 0.5 * np.einsum("ma,mab,b->m", leaving, judged.states, arriving)
 
 
 def powers(judged: Judged, theory: str, cover_eta: float | None = None) -> np.ndarray:
     """Powers of the judge's orders by SCALAR or EXACT (`theories`), from `sunbeam eval --method exact`.
 
-    `cover_eta` replaces the setting's index of the cover. SCALAR does not conserve energy; its obliquity factor is the
-    default of the medium.
+    `cover_eta` replaces the setting's index of the cover. SCALAR does not conserve energy; its obliquity factor is what
+    the default `auto` chooses for the medium.
     """
     setting = judged.setting
     wi = setting.wi.tolist()

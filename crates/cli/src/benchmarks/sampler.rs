@@ -11,7 +11,7 @@ use sunbeam::lobe::Surface;
 
 /// Incident polar angles in degrees, from normal to grazing incidence.
 pub const THETAS_DEG: [f64; 7] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0];
-/// Incident azimuths in degrees: across, oblique to and along the grooves of a grating.
+/// Incident azimuths in degrees: across, oblique to and along the grooves of a grating, which run along y.
 pub const PHIS_DEG: [f64; 3] = [0.0, 25.0, 90.0];
 /// Wavelengths in nm: blue, green and red.
 pub const WAVELENGTHS_NM: [f64; 3] = [450.0, 530.0, 650.0];
@@ -54,9 +54,9 @@ pub fn sampler(surface: &Surface, samples: usize) -> Vec<SamplerRow> {
         .collect()
 }
 
-/// Statistics of `samples` weights (at least one) at one incidence and wavelength.
+/// Statistics of `samples` weights at one incidence and wavelength; 0 samples count as 1.
 ///
-/// Every call draws the same random numbers.
+/// Every call draws the same random numbers, so that results repeat.
 pub fn sampler_row(surface: &Surface, theta_deg: f64, phi_deg: f64, wavelength_nm: f64, samples: usize) -> SamplerRow {
     // An arbitrary fixed seed.
     let mut random = Pcg64::seed_from_u64(31);

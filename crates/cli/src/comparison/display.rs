@@ -13,7 +13,7 @@ pub(crate) struct DisplayPair {
 }
 
 impl DisplayPair {
-    /// The pictures multiplied by `2^exposure_stops` and clipped. Pictures and mask have the same size.
+    /// The pictures multiplied by `2^exposure_stops`, clipped, and black where `mask` is false. All have the same size.
     pub(super) fn new(a: &Picture, b: &Picture, mask: Option<&Mask>, exposure_stops: f64) -> Self {
         let factor = exposure_stops.exp2();
         let shown = |picture: &Picture| {
@@ -41,7 +41,8 @@ impl DisplayPair {
         self.linear.each_ref().map(|pixels| pixels.iter().flat_map(|rgb| srgb_bytes(*rgb)).collect())
     }
 
-    /// The size and the bytes of three pictures side by side in 8-bit sRGB: the first, the second, and FLIP's map.
+    /// The sheet's width and height in pixels, and its bytes in 8-bit sRGB. It shows three pictures side by side: the
+    /// first, the second, and the map of their differences by FLIP.
     ///
     /// `flip_map` has a value in [0, 1] for each pixel. It is shown in the colours of FLIP's authors, from black (0) to
     /// pale yellow (1).

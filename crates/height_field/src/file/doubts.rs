@@ -25,9 +25,9 @@ pub enum Doubt {
         /// Size along y in µm.
         dy_um: f64,
     },
-    /// A number far from all heights (`isolated.rs`), which was treated as a missing point.
+    /// A number far from all heights (`src/isolated.rs`), which was treated as a missing point.
     Isolated {
-        /// The number as stored in the file.
+        /// The number as stored in the file, before the scale to µm.
         value: f64,
         /// Number of points with this number.
         count: usize,

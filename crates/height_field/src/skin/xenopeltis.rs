@@ -45,6 +45,7 @@ const SHAPE: FingerShape = FingerShape { lean: 0.15, flank: FLANK, reach: REACH,
 /// Half the width of a finger at `t`, in finger periods, between the middles of its two flanks. Fingers touch at t = 0,
 /// from which a pointed gap opens between them. Tips are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
+    // Half width at which neighbours cover the ground between them.
     let touching = closed(FLANK);
     let gap = 0.5 * FLANK * smooth_step(0.0, 0.08, t) + 0.17 * smooth_step(0.03, 0.45, t);
     // Wide and narrow fingers differ only near the tip, which is a bulb.
@@ -78,6 +79,7 @@ fn height_um(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
 pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, HeightFieldError> {
     let extent = LAYERS as f64 * LAYER_UM;
     let mut random = Random::new(SEED);
+    // Shifts and tips are in the module's periods, widths are factors.
     let table = fingers(LAYERS * FINGERS, &mut random, |random| Finger {
         shift: 0.06 * random.normal(),
         tip: TIP_SIGMA * random.normal(),

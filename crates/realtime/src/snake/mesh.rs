@@ -1,8 +1,9 @@
 //! The triangle mesh of the snake.
 //!
-//! Each scale (i, j) of the lattice (lattice.rs) is a grid of n × n cells over its visible part (patch.rs). The height
-//! of the scale (scales.rs) displaces the grid from the smooth body (body.rs). Grid coordinates x and y are 0 to n:
-//! (0, 0) is the root, (n, 0) the left flank, (0, n) the right flank, and (n, n) the tip.
+//! The skin is a *sheet* (body.rs). Points (i, j) of its lattice are centres of scales where i + j is even, else
+//! *nodes*, corners at which scales meet (lattice.rs). Each scale is a grid of n × n cells over its visible part
+//! (patch.rs). The height of the scale (scales.rs) displaces the grid from the smooth body. Grid coordinates x and y
+//! are 0 to n: (0, 0) is the root, (n, 0) the left flank, (0, n) the right flank, and (n, n) the tip.
 //!
 //! Scales share vertices only at the nodes of the lattice. Elsewhere a wall of triangles connects the free edge of a
 //! scale with the scales below it.
@@ -197,7 +198,7 @@ impl Surface {
         Self { body, scales, cell: 0.5 / options.half_cells as f64 }
     }
 
-    /// The vertex of a scale at a point of the lattice.
+    /// The vertex of a scale at a point of the lattice, in half scales.
     ///
     /// Normal and tangent are those of the scale's surface, continued beyond its edges. A mean over the triangles
     /// around the vertex would average over the step at each free edge.

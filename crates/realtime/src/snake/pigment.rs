@@ -32,7 +32,7 @@ pub struct PigmentTexture {
 }
 
 /// The diffuse pigment of the snake that these options describe: blackish brown, paler at the rims of the scales and
-/// down the flanks. With the default options the linear reflectances lie between 0.009 and 0.09.
+/// down the flanks. The linear reflectances lie between 0.007 and 0.1.
 ///
 /// The top row of the image is v = 0: Mitsuba 3 puts it there, and so does a texture uploaded row by row to a GPU.
 ///
@@ -59,8 +59,9 @@ pub fn pigment_texture(options: &SnakeOptions, width: usize, height: usize) -> R
 
 /// Linear sRGB reflectance of a point of a scale, at the texture coordinate `v` around the body.
 fn reflectance(spot: &Spot, v: f64) -> [f64; 3] {
-    // Weight of the rim's colour: 0 inside the scale, where `edge` is below 0.72. Where `edge` is 1 the weight is 1 on
-    // the half towards the tip, and 0.5 on the half towards the root.
+    // Weight of the rim's colour. `edge` grows from 0 at the scale's centre to 1 at its edge. The weight is 0 where
+    // `edge` is below 0.72. Where `edge` is 1 it is 1 on the half towards the tip, and 0.5 on the half towards the
+    // root.
     let rim_weight_max = if spot.along > 0.0 { 1.0 } else { 0.5 };
     let rim = smoothstep(spot.edge, 0.72, 0.28) * rim_weight_max;
     // Weight of the flank's colour: 0 on the back, 1 at the sides of the sheet.

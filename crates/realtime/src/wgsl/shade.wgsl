@@ -60,6 +60,7 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     let query = queries[index];
     var reflectance = vec3<f32>(0.0);
     if has_answer(query) {
+        // Private variables that `answer_rgb` reads (src/methods/common.wgsl).
         answer_part = range.part;
         answer_parts = range.parts;
         let wi = optics_inside(optics, query.wi);

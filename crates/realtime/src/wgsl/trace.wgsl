@@ -28,7 +28,8 @@ const TRACE_FAR: f32 = 3e38;
 struct Hit {
     // Index of the triangle; TRACE_NONE where the ray meets none.
     triangle: u32,
-    // Distance from the ray's origin, in units of the length of its direction.
+    // Distance from the ray's origin, in units of the length of its direction. Where the ray meets no triangle, it is
+    // the limit of the search.
     distance: f32,
     // Barycentric coordinates of the second and third corner.
     b: vec2<f32>,
@@ -62,7 +63,7 @@ fn trace_corners(
     return Hit(triangle, distance, b);
 }
 
-// Intersection with the triangle of the index `triangle`.
+// Intersection with the triangle of the index `triangle`, whose corners `mesh_vertex` (mesh.wgsl) reads.
 fn trace_triangle(origin: vec3<f32>, direction: vec3<f32>, triangle: u32) -> Hit {
     let p0 = mesh_vertex(triangle, 0u).position;
     let p1 = mesh_vertex(triangle, 1u).position;

@@ -1,9 +1,10 @@
 //! The artist, which draws with WebGPU on an `OffscreenCanvas` in a Web Worker. `README.md` of this crate documents its
 //! calls.
 //!
-//! A picture is drawn progressively ([`Progressive`]): first a coarse preview, then finer levels, each by one
-//! [`Artist::step`]. A call that changes scene, method or view stops a drawing that only refines the picture shown.
-//! Pictures are radiance in linear sRGB. `screen.rs` applies the exposure when it copies a picture to the canvas.
+//! A picture is drawn progressively ([`Progressive`]): first a coarse preview, then finer levels (resolution and rays
+//! per pixel), each by one [`Artist::step`]. A call that changes scene, method or view stops a drawing that only
+//! refines the picture shown. Pictures are radiance in linear sRGB. `screen.rs` applies the exposure when it copies a
+//! picture to the canvas.
 //!
 //! Exported functions convert errors for JavaScript. Those with several steps call a private function that returns
 //! [`WebError`].
@@ -77,8 +78,8 @@ impl Artist {
         LOST.with_borrow_mut(|listener| *listener = Some(callback));
     }
 
-    /// Uploads the scene from the bytes of `make_scene` (`maker.rs`). A draft is drawn until its full scene is
-    /// uploaded, and later for coarse pictures.
+    /// Uploads the scene from the bytes of `make_scene` (`maker.rs`). A draft has a coarser depth map of the
+    /// sun. It is drawn until its full scene is uploaded, and later for coarse pictures.
     pub async fn set_scene(&self, bytes: Vec<u8>, is_draft: bool) -> Result<(), JsValue> {
         let upload = if is_draft { Scene::draft } else { Scene::of };
         let scene = SceneData::from_bytes(bytes).and_then(|data| upload(&self.gpu, &data)).map_err(thrown)?;
@@ -151,11 +152,12 @@ impl Artist {
 
     /// The picture shown as a PNG file ([`image::picture_png`]).
     pub async fn png(&self) -> Result<Vec<u8>, JsValue> {
-        let picture = self.picture().await.map_err(thrown)?;
+        // Taken before the `await`, during which another picture may be shown.
         let (size, stops) = {
             let state = self.state.borrow();
             (state.shown.as_ref().map_or((0, 0), |target| target.size()), state.stops)
         };
+        let picture = self.picture().await.map_err(thrown)?;
         image::picture_png(&picture, size, stops).map_err(thrown)
     }
 
@@ -164,7 +166,7 @@ impl Artist {
     /// before the first picture.
     ///
     /// - `wi`, `wo`: unit vectors to the light and to the viewer in the relief's frame, in which z is the normal.
-    /// - `q`, `half`: the scattering vector wi + wo over the wave number, and the unit vector along it.
+    /// - `q`, `half`: the sum wi + wo, and the unit vector along it.
     /// - `lit`: whether sunlight arrives at the point.
     /// - `rgb`: `f_r` in 1/sr as linear sRGB, the same in light and in shadow.
     pub async fn query(&self, x: f64, y: f64) -> Result<Option<String>, JsValue> {

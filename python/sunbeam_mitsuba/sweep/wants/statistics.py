@@ -14,7 +14,7 @@ from .want import Answer, Column, Options, Question, Want
 
 
 class _Figure(NamedTuple):
-    """A column of the table, and the place of its value in the report."""
+    """A column of the table of results, and the place of its value in the report."""
 
     name: str
     #: Kind of the column (want.Column).
@@ -94,6 +94,7 @@ class Statistics(Want):
             for key in figure.path:
                 # The entry of an axis is null where the relief has no period along it.
                 value = value[key] if value is not None else None
+            # A figure without a value leaves its cell empty.
             if value is None:
                 continue
             if figure.kind == "whole":

@@ -56,10 +56,10 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Timings of all candidates on one core.
+/// Timings of all candidates on one core, from at least one repetition.
 ///
 /// Candidates that do the same work ([`Candidate::costs_like`]) pool their times. Otherwise the addresses of their
-/// allocations alone would make their times differ by more than `MARGIN` of pareto.rs.
+/// allocations alone would make their times differ by more than the 5 % that count as equal (`MARGIN` of pareto.rs).
 pub(super) fn on_cpu(candidates: &[Candidate], pairs: &[DirectionPair], effort: &Effort) -> Vec<Timing> {
     let counts: Vec<usize> = candidates.iter().map(|candidate| pairs_per_pass(candidate, pairs, effort)).collect();
     // Times in µs, `[repetition][candidate]`.

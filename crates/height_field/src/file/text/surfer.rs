@@ -1,7 +1,7 @@
-//! Text grids of Surfer: `DSAA`, the numbers of points along x and y, the ranges of x, y and z (lowest and highest),
+//! Text grids of Surfer: `DSAA`, the numbers of nodes along x and y, the ranges of x, y and z (lowest and highest),
 //! and heights row by row from the lowest y on.
 //!
-//! Missing points are 1.70141e38, which `holes.rs` recognises by its magnitude.
+//! Missing points are 1.70141e38, which `src/holes.rs` recognises by its magnitude.
 
 use super::super::provenance::{Source, Understood};
 use super::super::raw::FirstRow;
@@ -30,6 +30,7 @@ pub(super) fn parse(lines: &[Line]) -> Parsed {
     let mut next = || values.next().ok_or_else(|| "it ends within its header".to_owned());
     let (nx, ny) = (next()?, next()?);
     let (x, y) = ([next()?, next()?], [next()?, next()?]);
+    // Only skips the range of z.
     let _z = [next()?, next()?];
     // At least two nodes, which have a spacing. Counts below 1e9 fit into a `usize`.
     let count = |value: f64| (value.fract() == 0.0 && (2.0..1e9).contains(&value)).then_some(value as usize);

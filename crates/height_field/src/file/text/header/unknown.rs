@@ -1,5 +1,5 @@
-//! Lines of a header with unknown keys, interpreted by their order and their units: Gwyddion writes channel, width,
-//! height and unit of the values in this order, with keys in the user's language.
+//! Lines of a header with unknown keys, interpreted by their order and their units: Gwyddion writes channel, width (the
+//! extent along x), height (along y) and unit of the values in this order, with keys in the user's language.
 
 use super::super::super::units::micrometres;
 use super::super::quantity::Quantity;
@@ -48,7 +48,7 @@ impl Header {
 
     /// Interprets the lines that Gwyddion writes for a matrix: channel, width, height, and unit of the values.
     ///
-    /// The first two consecutive lines with lengths are the width and the height (along y). The channel is the line
+    /// The first two consecutive lines with lengths are the width and the height. The channel is the line
     /// before them, the unit the line after them, if these are consecutive, too. Without two such lines, or with a
     /// known extent, nothing is interpreted.
     ///
@@ -87,11 +87,11 @@ impl Header {
         }
         let is_unit = |entry: &&mut UnknownLine| !entry.is_used && micrometres(&entry.value).is_ok();
         let mut units: Vec<&mut UnknownLine> = lines.iter_mut().filter(is_unit).collect();
-        if let [lateral, height] = units.as_mut_slice() {
+        if let [lateral, values] = units.as_mut_slice() {
             self.lateral_um = Some([micrometres(&lateral.value)?; 2]);
-            self.height = height_unit(&height.value)?;
+            self.height = height_unit(&values.value)?;
             lateral.is_used = true;
-            height.is_used = true;
+            values.is_used = true;
         }
         Ok(())
     }
