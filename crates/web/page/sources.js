@@ -1,5 +1,5 @@
-// Selection of the relief: a preset, a visitor's file, or an example. The form `scale` asks for the scale of a file that
-// has none.
+// Selection of the relief: a preset, a visitor's file, or an example. The form `scale` asks for the scale of a file
+// that has none.
 
 import { showControls } from "./panel.js";
 import { change, settingsChanged } from "./settings.js";
