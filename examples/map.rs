@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut pixels = Vec::with_capacity(3 * SIZE * SIZE);
     for row in 0..SIZE {
         for column in 0..SIZE {
-            // Directions below the horizon, outside the unit disc, are black.
+            // Pixels outside the unit disc show no direction, and are black.
             let colour = map_direction(column, row, SIZE).map_or([0.0; 3], |wo| {
                 // Methods compute in single precision, as on a GPU.
                 let single = |v: [f64; 3]| v.map(|component| component as f32);

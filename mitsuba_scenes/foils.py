@@ -77,9 +77,9 @@ class Pattern:
     """A picture of gratings on a rectangle: relative pitch, angle and coverage of each texel.
 
     All arrays have the shape (rows, columns); row 0 is at the smallest y. `x` and `y` are the centres of the texels in
-    cm from the centre of the rectangle. `pitch` is in (0, 1]. `angle` is that of the direction across the grooves, in
-    degrees counter-clockwise from x, seen from above. `covered` is the fraction of the light that the grating
-    diffracts, 0 without one.
+    cm from the centre of the rectangle. `pitch` is relative to that of EMBOSSED, within PITCHES. `angle` is that of the
+    direction across the grooves, in degrees counter-clockwise from x, seen from above. `covered` is the fraction of the
+    light that the grating diffracts, 0 without one.
     """
 
     def __init__(self, size_cm: tuple[float, float]):
@@ -127,6 +127,7 @@ class Pattern:
         """
         for number in range(lines):
             phase = 2 * np.pi * (waves_per_cm * self.x + number / lines)
+            # The amplitude falls towards both ends of the card, which the approximate slope leaves out.
             wave = amplitude_cm * np.sin(phase) * np.cos(0.35 * self.x)
             # Slope of the line, and approximate distance of each texel from it.
             slope = amplitude_cm * 2 * np.pi * waves_per_cm * np.cos(phase)
@@ -134,7 +135,7 @@ class Pattern:
             self.paint(distance < 0.5 * LINE_CM, 0.55 + 0.45 * number / lines, np.degrees(np.arctan(slope)) + 90)
 
     def lettering(self, text: str, centre_cm: tuple[float, float], height_cm: float, angle: float) -> None:
-        """Paints a line of text of the height `height_cm` about the point `centre_cm`, with `angle` in its middle.
+        """Paints a line of text of the height `height_cm` about the point `centre_cm`, with `angle` (°) in its middle.
 
         Pitch and angle grow along the line, so that each letter has a colour of its own.
         """

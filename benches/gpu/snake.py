@@ -28,8 +28,8 @@ from .variants import reference, use
 # Largest difference of a pixel, and of a channel's sum over all pixels, in standard errors. Normally distributed
 # differences exceed four with a probability of 6e-5.
 ERRORS = 4.0
-# Fraction of pixels that may exceed ERRORS. The standard deviation is estimated from few pictures and itself uncertain
-# by about 20 %, so more pixels exceed four errors than of a normal distribution.
+# Fraction of the pixels' channels that may exceed ERRORS. The standard deviation is estimated from few pictures and is
+# uncertain by about 20 %, so more of them exceed four errors than of a normal distribution.
 EXCEEDING = 0.01
 # Largest relative difference, by rounding alone, of the same paths in two variants.
 ROUNDING = 1e-3
@@ -68,11 +68,12 @@ def pictures(plan: Plan, variant: str) -> np.ndarray:
 
 
 def judged(ours: np.ndarray, theirs: np.ndarray) -> dict:
-    """Differences of two sets of pictures (n, rows, columns, 3) in standard errors, by pixel and by channel.
+    """Differences of two sets of pictures (n, rows, columns, channels) in standard errors, by pixel and by channel.
 
     A glint in a single picture raises the mean and its standard error alike, so it counts as one error. Figures:
-    `exceeding` is the fraction of pixels above ERRORS, `channels_in_errors` the differences of the channels' sums,
-    `channel_ratios` their ratios, and `same_pixels` the fraction of pixels that are equal up to ROUNDING.
+    `exceeding` is the fraction of the pixels' channels above ERRORS, `channels_in_errors` the differences of the
+    channels' sums, `channel_ratios` their ratios. `same_pixels` is the fraction of the pixels of all pictures that are
+    equal up to ROUNDING for the same seed.
     """
     pixels = difference_in_errors(ours, theirs)
     channels = difference_in_errors(*(each.sum(axis=(1, 2)) for each in (ours, theirs)))

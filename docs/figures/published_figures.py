@@ -2,7 +2,9 @@
 
 The parts `slits`, `films`, `periodicity`, `brdf-maps`, `renderings`, `renderings-methods` and `lab` measure the
 numbers; this part formats them. Keys of dictionaries are the numbers of the figures and tables. Values are text
-for the column *checked* of the page.
+for the column *checked* of the page. The page itself has the text of figures without a measured number.
+
+FLSS, NMM and PQ are methods of the thesis, and Stam's is an older one (docs/glossary.md). ΔE is a colour difference.
 """
 
 from __future__ import annotations
@@ -69,7 +71,7 @@ def spacings() -> dict[str, str]:
         "1.9": line("nmm", "blazed", "elaphe"),
         "1.10": line("pq", "blazed", "elaphe"),
     }
-    # `None` without scans.
+    # Ratio of the spacings of two species, `None` without scans. `turned`: of the scans turned by 180°.
     ratio = periodicity["ratio"]
     if ratio:
         found["table 1.1"] = (
@@ -93,13 +95,14 @@ def maps() -> dict[str, str]:
         return "ΔE of PQ where it is lit: " + ", ".join(f"{panel['delta_e_lit']:.1f}" for panel in panels)
 
     def terms(*surfaces: str) -> str:
+        """Numbers of terms of Taylor's series, about the lowest height and about the middle of the heights."""
         return "; ".join(
             f"{name}: {counts['base']} about the base, {counts['middle']} about the middle"
             for name, counts in data_of_maps["terms_seen"].items()
             if name.startswith(surfaces)
         )
 
-    # The row of the smallest σs, at which orders overlap.
+    # The row of the smallest width σs of the coherence window, at which orders overlap.
     overlapping = data_of_maps["valleys"][0]
     # Percentages of the chroma by skin, one for each angle of incidence.
     right = {

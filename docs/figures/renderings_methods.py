@@ -56,9 +56,9 @@ FRAME = "384x256"
 # Number of renders of a timed frame. `sunbeam render` reports the median time of each stage, which is insensitive to
 # interruptions; of two renders it is the longer time. More renders give steadier times and take longer.
 REPEATS = 2
-# Largest accepted deviation from 1 of a symmetric map's luminance on the right over that on the left.
+# A map counts as symmetric if the ratio of the luminances of its right and left half differs from 1 by less.
 SYMMETRIC = 1e-3
-# Smallest accepted ratio of the luminances of a one-sided map's halves, the brighter over the darker.
+# A map counts as one-sided if the ratio of the luminances of its halves, the brighter over the darker, is larger.
 ONE_SIDED = 2.0
 # Largest difference of peak angles that count as equal.
 ALIKE_DEG = 1.0

@@ -27,7 +27,8 @@ from .rgb_against_spectral import OPTICS, RGB, SPECTRAL, converged, difference
 MEDIA = {**OPTICS, "aluminium": ALUMINIUM}
 # Refractive index of the cover, that of lacquer.
 COVER_ETA = 1.5
-# Lower limit of the texture of `scale`; the upper is 1. Its values, at the texels' centres, end within 3 % of them.
+# Lower limit of the texture of `scale`; the upper is 1. Texels have the values at their centres, so the extreme ones
+# are up to 3 % of the range inside the limits.
 SCALE_MIN = 0.55
 # Lower limit of the texture of `depth`; see SCALE_MIN.
 DEPTH_MIN = 0.5

@@ -82,6 +82,7 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
     reference_seconds = time.perf_counter() - start
     # Created after the timed rendering, whose kernel contains every existing BSDF and would be larger.
     energy_kept = plugin(case, **{**REFERENCE, "conserve_energy": True})
+    # The mean over the rays of each pixel.
     for name, bsdf in ((SAME_RAYS, same_rays), (ENERGY_KEPT, energy_kept)):
         pictures[name] = _by_pixel(points.radiance(bsdf, rays, quadrature)).mean(axis=(1, 3))
     for name, pixels in pictures.items():
@@ -144,8 +145,9 @@ def caption(name: str, figures: dict) -> str:
 def lines(found: dict) -> list[str]:
     """The result of `check` as lines of a table with a row per method.
 
-    ΔE is the colour difference CIEDE2000 (mean and 99th percentile), relMSE the relative mean squared error. The last
-    two columns compare with the ensemble along the same rays, the others with the reference.
+    ΔE is the colour difference CIEDE2000 (mean and 99th percentile), FLIP the mean of NVIDIA's perceptual difference,
+    relMSE the relative mean squared error. The last two columns compare with the ensemble along the same rays, the
+    others with the reference.
     """
     table = [
         f"  times are those of {found['adapter']}; on the right against the ensemble along the same rays",

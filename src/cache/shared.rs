@@ -37,7 +37,7 @@ impl<K: Eq + Hash, T> Shared<K, T> {
     }
 
     /// The value of `key` that is in use, or else a new one from `make`. Concurrent calls with one key wait for the
-    /// first of them; calls with other keys do not.
+    /// first of them; calls with other keys do not. `make` must not get the same key, for which it would wait forever.
     ///
     /// # Errors
     /// The errors of `make`.

@@ -60,6 +60,7 @@ pub const RESOLUTION: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 /// let table = ColourTable::build(&Preset::Blazed.build(None, None)?, &options)?;
 ///
 /// // A period of 2.5 µm at normal incidence: order 1 is blue at u = 0.45/2.5 and red at u = 0.65/2.5.
+/// // The argument `active` is for lanes of vectors; here it is true.
 /// let view = table.view::<f32>();
 /// let colour = |u: f32| view.relief_rgb(u, 0.0, 1.0 + (1.0 - u * u).sqrt(), true);
 /// let ([red, _, blue], [other_red, _, other_blue]) = (colour(0.18), colour(0.26));
@@ -81,7 +82,7 @@ pub struct ColourTable {
 pub struct ColourLayout {
     /// Spacing of the rings near the centre. Ring k has the radius `inner_spacing/growth · sinh(growth·(k + ½))`.
     pub inner_spacing: f32,
-    /// Spacing of the outer rings over their radius.
+    /// Ratio of the spacing of the outer rings to their radius.
     pub growth: f32,
     /// Scale of w above which knots are spaced logarithmically; see [`Ring::knots_per_efold`].
     pub w_log: f32,

@@ -177,7 +177,8 @@ impl SurfaceConfig {
             model: self.model,
             tiling: self.tiling(),
             obliquity,
-            // Only the small-slope factor reads it. Without it, surfaces of different indices share their tables.
+            // Only the small-slope factor reads the index. Elsewhere it is left out, so that surfaces of different
+            // indices share their tables.
             index: self.relative(index.filter(|_| obliquity == Obliquity::SmallSlope)),
             conserve_energy: self.conserve_energy(),
             shadowing: self.shadowing,

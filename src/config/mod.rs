@@ -99,7 +99,8 @@ pub struct SurfaceConfig {
     /// Edge of a pixel of the file in µm (default: the file's own).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pixel_size: Option<f64>,
-    /// Height in µm of the file's largest value (default: the file's own).
+    /// Height in µm of full scale: of white, of the integer type's largest number, or of the highest value of a file
+    /// without a unit (default: the file's own).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_height: Option<f64>,
     /// The channel of a file that holds several, by number or title (default: the first that is a height).
@@ -136,7 +137,7 @@ pub struct SurfaceConfig {
     /// Whether the albedo is kept at or below 1 (default: true for `ensemble`, false for `patch`).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conserve_energy: Option<bool>,
-    /// Whether the V-cavity factor `M` applies (default: false).
+    /// Whether the V-cavity factor `M` for shadowing (docs/model.md) applies (default: false).
     pub shadowing: bool,
     /// Real part of the refractive index at all wavelengths; without `k` a dielectric (default: none, the surface
     /// reflects everything).

@@ -124,6 +124,7 @@ impl Ridge {
         let along_radius = |[x, y]: [f64; 2]| (centre[0] * x + centre[1] * y) / rho;
         let [x, y] = self.half_sides.map(along_radius);
         // Largest change of ρ within the ellipsoid that touches the box's sides, less the σ that the Gaussian covers.
+        // It is NaN for ρ = 0, where the comparison below is false.
         let reach = length([length([x, y]), self.half_range_um * along_radius(f)]) - sigma;
         if (rho - ridge_rho).abs() < reach { centre.map(|c| c * ridge_rho / rho) } else { centre }
     }

@@ -7,7 +7,8 @@
 //! appears at the horizon. Within a cell the set of propagating orders is constant and their efficiencies are smooth,
 //! except below an interface (`channels.rs`). Towards a line efficiencies vary as the square root of the distance. A
 //! position within a cell is given by the fractional parts p of `t − a` and q of `t + a`. They are mapped so that nodes
-//! with equal steps crowd towards both lines ([`node_coordinate`]). The WGSL twin is in `src/methods/grating.wgsl`.
+//! with equal steps crowd towards both lines ([`node_coordinate`]). Cells that are shifted by an integer along a differ
+//! in the indices m alone, so they share the index s. The WGSL twin is in `src/methods/grating.wgsl`.
 
 use crate::numeric::{Number, Numbers, Real};
 

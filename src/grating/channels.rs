@@ -42,6 +42,7 @@ impl<N: Numbers> Channels<N> {
     /// to the table. `sides_below` is 1 if the same orders exist below the relief, as at a film, and else 0.
     #[inline(always)]
     pub(super) fn of_cell(position: &CellPosition<N>, cell: N::Index, sides_below: f64) -> Self {
+        // Orders −⌊t + a⌋ to ⌊t − a⌋ propagate (`CellPosition`).
         let orders = position.cell + N::Double::lit(1.0);
         let first = -position.incident;
         Self::new(position, cell, [orders, orders * N::Double::lit(sides_below)], [first, first], None)
@@ -108,6 +109,7 @@ mod tests {
     fn orders_propagate_below_t() {
         let (t, a) = (2.7, 0.5);
         let position = CellPosition::<Double>::new(t, a);
+        // Cell ⌊2.7 − 0.5⌋ + ⌊2.7 + 0.5⌋.
         let channels = Channels::of_cell(&position, 5, 1.0);
         for (m, is_below) in (-8..=8).flat_map(|m| [(f64::from(m), false), (f64::from(m), true)]) {
             let (channel, propagates) = channels.of_order(m, is_below);

@@ -14,7 +14,8 @@
 //! both in units of σ is `b_m = v·m/(d·ρ·σ)`, so that `|νq − f_m|²/σ² = b_m² + (ν − ν_m)²/τ²`. The few orders with
 //! `ν_m` in or near the visible range contribute. `W(ν_m, τ) = ∫ weight(1/ν) exp(−(ν − ν_m)²/2τ²) dν` is tabulated
 //! (`colour_tables.rs`). Order 0 has ν_m = 0 and no wavelength of its own; the colour of its efficiency is tabulated
-//! over directions. Further symbols are those of `mod.rs`, but q is a vector here.
+//! over directions. Further symbols are those of `mod.rs`, but q is a vector here. In a medium of index n below,
+//! tangential parts enter q times n, and light that leaves there has f_r times n² (`lobe.rs`).
 //!
 //! The WGSL twin is `src/methods/grating.wgsl`.
 
@@ -242,7 +243,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         let colour =
             self.tables.order_zero::<N>(self.words[1], kind, squared_cosine.sqrt(), squared_length.sqrt(), active);
         let Below::Interface(interface) = self.layout.efficiencies.below else { return colour };
-        // The table is divided by the reflectance of a flat interface at the cosine with the normal.
+        // Only the table of `ReflectedBelow` is divided by it, the reflectance of a flat interface at this cosine.
         let flat = flat_reflectance::<N>(interface, (squared_cosine * squared_length).sqrt());
         // Light beyond the horizon of the air is not transmitted. A reflected pair lies on one side of the horizon, and
         // rounding must not darken it there.

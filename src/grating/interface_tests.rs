@@ -24,7 +24,7 @@ fn profile() -> Profile {
     Profile::sinusoid(PERIOD_UM, 0.12).unwrap()
 }
 
-/// The tables of a profile on the interface.
+/// The tables of a profile on the interface, with the build limit 1.
 fn tabulated(profile: &Profile) -> GratingSurface {
     GratingSurface::of_body(profile, GratingBody::Interface(ETA), COHERENCE_UM, 1.0, &Progress::none()).unwrap()
 }
@@ -162,11 +162,11 @@ fn colours_of_interfaces_match_the_sum_over_wavelengths() {
         let (mut largest, mut worst) = (0.0_f64, 0.0_f64);
         for [x, y] in [[0.0, 0.0], [0.4, 0.1], [-0.3, 0.6], [0.1, 0.85]] {
             let wi = on_side(from, [x, y]).unwrap();
-            for i in 0..120 {
+            for step in 0..120 {
                 // Along the plane of the orders, and close to it.
-                let x = -1.0 + f64::from(i) / 60.0;
-                let y = -index(from) * wi[1] / index(to) + 0.002 * f64::from(i % 5);
-                let Some(wo) = on_side(to, [x, y]) else { continue };
+                let wo_x = -1.0 + f64::from(step) / 60.0;
+                let wo_y = -index(from) * wi[1] / index(to) + 0.002 * f64::from(step % 5);
+                let Some(wo) = on_side(to, [wo_x, wo_y]) else { continue };
                 let mut expected = [0.0; 3];
                 for (i, weight) in WavelengthWeights::per_nm().iter().enumerate() {
                     let value = SURFACE.eval(wi, wo, WAVELENGTH_MIN_NM + i as f64);
@@ -188,6 +188,7 @@ fn colours_of_interfaces_match_the_sum_over_wavelengths() {
 #[test]
 fn mean_weights_of_colours_are_the_albedo_of_interfaces() {
     let colours = GratingColourSurface::new(SURFACE.clone());
+    // An albedo of 1, since nothing is absorbed.
     let expected: [f64; 3] =
         std::array::from_fn(|c| WavelengthWeights::per_nm().iter().map(|weight| f64::from(weight[c])).sum());
     for (from, at) in [(Side::Above, [0.3, 0.1]), (Side::Below, [0.3, 0.1]), (Side::Below, [-0.2, 0.8])] {

@@ -15,7 +15,7 @@
 //! | f = (wi + wo)_xy/λ | frequency of a pair of directions in cycles/µm |
 //! | m | index of an order; its frequency is `f_m = (m/d, 0)` |
 //! | e_m | efficiency: fraction of the unpolarised incident power in order m |
-//! | K, σ | Gaussian of an order and its standard deviation in cycles/µm |
+//! | K, σ | Gaussian of an order, of integral 1, and its standard deviation in cycles/µm |
 //! | y | direction cosine along the grooves |
 //! | ky/k | component of the wave vector along the grooves over k = 2π/λ: −wi.y, and wo.y of an order |
 //! | n | refractive index of the medium below an interface |
@@ -54,6 +54,7 @@
 //! | `jones_shape.rs`, `jones_table.rs`, `polarisation.rs` | Jones matrices of orders, their table, Mueller matrices |
 //! | `exact.rs` | reference without tables |
 //! | `profile.rs` | profiles of presets and height fields |
+//! | `error.rs` | errors of all of them |
 
 mod body;
 mod build;

@@ -23,7 +23,8 @@ pub(crate) trait InColour<N: Numbers>: Sides<N> {
     /// need two random numbers ignore the first.
     ///
     /// The result lies above the relief, and the caller mirrors it to below where `to_below` is true. A grating that
-    /// transmits decides on the side itself, and its result lies on that side.
+    /// transmits decides on the side itself, and its result lies on that side. Its `to_below` is true only for uniform
+    /// directions, which replace the draw.
     fn draw(&self, wi: [N::Real; 3], to_below: N::Mask, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 

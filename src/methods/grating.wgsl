@@ -1,6 +1,7 @@
 // Reflectance of a grating in linear sRGB, from order efficiencies by Maxwell's equations. It is the counterpart of
 // `GratingColourLobe::eval` in src/grating/colour_lobe.rs, of `CellPosition` in cell_position.rs, of `EfficiencyView`
-// in efficiencies.rs and of `ColourTables` in colour_tables.rs, with the same arithmetic.
+// in efficiencies.rs and of `ColourTables` in colour_tables.rs, with the same arithmetic. Compiled after common.wgsl
+// (TAU, which is 2π, and answer_part).
 //
 // Symbols:
 //     d         period of the grating in µm; the grooves run along y
@@ -10,7 +11,7 @@
 //     ν_m       m·q.x/(d·ρ²): the ν at which the frequency ν·q of the pair of directions is nearest to order m
 //     b_m       distance from ν_m·q to order m, in units of σ
 //     τ         σ/ρ, the standard deviation over ν of the order's Gaussian along the line ν·q
-//     e_m       efficiency of order m at ν_m
+//     e_m       efficiency of order m at ν_m, or at the nearest visible ν
 //     W(ν_m, τ) ∫ weight(1/ν)·exp(-(ν - ν_m)²/2τ²) dν with the weights of linear sRGB, from a table
 // The reflectance is
 //     f_r = Σ_m e_m·exp(-b_m²/2)·W(ν_m, τ)/(2πσ²).
@@ -74,7 +75,8 @@ struct Grating {
 @group(1) @binding(0) var<uniform> grating: Grating;
 // First, for each [wavelength][cell], the offset of the cell in 16-bit halves of words. Then the efficiencies in units
 // of UNIT, 16 bits each, the lower half of a word first. Cell s is [node along minus][node along plus][incident
-// order][entry], with s + 1 incident orders and s + 2 entries: the efficiencies of the outgoing orders, and their sum.
+// order][entry], with s + 1 incident orders and s + 2 entries: the efficiencies of the outgoing orders, and their sum,
+// which is not read here.
 @group(1) @binding(1) var<storage, read> efficiencies: array<u32>;
 // Colours (red, green, blue, unused): the table of W, then the table of order 0.
 @group(1) @binding(2) var<storage, read> colours: array<vec4<f32>>;

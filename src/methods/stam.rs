@@ -73,7 +73,7 @@ impl Stam {
     }
 }
 
-/// The spacing in µm: `period_um` of the options, or else the dominant period of `field` along x.
+/// The spacing in µm: `period_um` of the options, or else the dominant period along x of `field`, a tile that repeats.
 ///
 /// # Errors
 /// [`MethodError::NoPeriod`] where the options give none and the field has none.

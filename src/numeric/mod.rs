@@ -6,6 +6,8 @@
 //! - the *recorded* variables of the Mitsuba plugin (`cpp_shim/src/traced.rs`). The tracing compiler Dr.Jit records
 //!   operations on them as a kernel, which computes later for many lanes.
 //!
+//! Numbers of the first two are *numbers by value*.
+//!
 //! A generic evaluator cannot branch on values, which differ between lanes. It selects with masks, masks its reads, and
 //! loops through [`Numbers::while_loop`]. Its tables are words of 32 bits, read by [`Numbers::gather`]. [`math`] has
 //! functions on top of the traits, among them the decoding of packed words.

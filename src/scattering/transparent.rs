@@ -24,6 +24,8 @@
 //! F    = 2 ζ ζ0 (ε − 1)²/w² · Σ |B|² τ τ0      over the four pairs of states; 0 marks the incident direction
 //! ```
 //!
+//! The 2 is a factor 4 and the mean over the two incident states of unpolarised light.
+//!
 //! The power scattered into `d²Ko` is `F·S/λ²`, with S at the frequency `(Ki + Ko)_xy/λ` and the phase rate `2πw/λ`.
 //! F is reciprocal. At the mirror direction it is Fresnel's reflectance, at the refracted one Fresnel's transmittance.
 //!
@@ -82,7 +84,7 @@ pub struct TransparentBody {
     pub eta: f64,
     /// Whether a flat side bounds the medium below, with air behind it. Otherwise it is a half-space.
     pub is_film: bool,
-    /// Smallest normal component of the scattering vector, in units of the wave number in the medium.
+    /// Smallest |w| over n that F and S use.
     pub normal_min: f64,
 }
 
@@ -237,16 +239,17 @@ impl TransparentBody {
         // B_pp times p·p0, real and imaginary part; `wi` has the symbols with 0.
         let pp_re = (wi.v[0] * wo.v[0] - wi.v[1] * wo.v[1]).fma(cos, -(sigma * wi.e * wo.e * sines));
         let pp_im = (wi.v[0] * wo.v[1] + wi.v[1] * wo.v[0]) * cos;
-        // 1/|s|² and 1/|p|², times the transmittances τ, of the outgoing and of the incident direction.
-        let [[s, p], [s0, p0]] = [wo, wi].map(|wave| [0, 1].map(|state| wave.per_squared[state] * wave.passed[state]));
+        // τ/|s|² and τ/|p|² of the outgoing and of the incident direction.
+        let [[per_s, per_p], [per_s0, per_p0]] =
+            [wo, wi].map(|wave| [0, 1].map(|state| wave.per_squared[state] * wave.passed[state]));
         let contrast = self.contrast_over_normal(is_reflected, normal, wi);
         // ζ ζ0/n² and w²/n²: the units of both cancel.
         let scale = lit(4.0) * wi.normal * wo.normal * contrast * contrast;
         let powers = [
-            cos_squared * s * s0,
-            sin_squared * squared(wi.v) * s * p0,
-            sin_squared * squared(wo.v) * p * s0,
-            squared([pp_re, pp_im]) * p * p0,
+            cos_squared * per_s * per_s0,
+            sin_squared * squared(wi.v) * per_s * per_p0,
+            sin_squared * squared(wo.v) * per_p * per_s0,
+            squared([pp_re, pp_im]) * per_p * per_p0,
         ];
         // d²Ko = eta_squared·cosθo dωo. The division by ε is also the ratio of S/λ² of the relief to that of the
         // magnified relief, so `per_solid_angle` completes the factor on the latter.
@@ -254,8 +257,8 @@ impl TransparentBody {
         TransparentPair { tangential, normal, powers: powers.map(|power| power * scale), per_solid_angle }
     }
 
-    /// `(ε − 1)/w`, with w over n. For n = 1, where this is 0/0, reflected light has 0 and transmitted light the limit
-    /// at the refracted direction, `s0`: light goes straight on.
+    /// `(ε − 1)/|w|`, with w over n. For n = 1 it is 0/0 where light goes straight on. Reflected light then has 0, and
+    /// transmitted light `s0`, the limit at the refracted direction.
     #[inline(always)]
     fn contrast_over_normal<N: Numbers>(self, is_reflected: N::Mask, normal: N::Real, wi: &BodyWave<N>) -> N::Real {
         if self.eta == 1.0 {

@@ -11,8 +11,8 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::ops::Range;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Number of floats at the head of a node's record: `P(0)` and `P'(0) = dP/dκ` of a power, real and imaginary part of
-/// `D(0)` of an amplitude.
+/// Number of floats at the head of a node's record. They are `P(0)` and `P'(0)` of a power, where `P' = dP/dκ`, or real
+/// and imaginary part of `D(0)` of an amplitude.
 pub const HEADER: usize = 2;
 
 /// Quantity of a node, which determines how nodes add up.
@@ -128,7 +128,8 @@ impl SpectralTable {
         resolved(&self.lattice.x, f[0]) && resolved(&self.lattice.y, f[1])
     }
 
-    /// Largest κ in rad/µm of any pair of directions at a frequency in cycles/µm, since `|wi + wo| ≤ 2`.
+    /// Largest κ in rad/µm of any pair of directions at a frequency in cycles/µm, since
+    /// `κ² + (2π|f|)² = (2π/λ)²·|wi + wo|²` is at most `kappa_max²`.
     pub(crate) fn kappa_limit(&self, f: [f64; 2]) -> f64 {
         let radial = TAU * f[0].hypot(f[1]);
         (self.kappa_max * self.kappa_max - radial * radial).max(0.0).sqrt()
@@ -145,6 +146,7 @@ impl SpectralTable {
             return;
         }
         let (x, y) = (&self.lattice.x, &self.lattice.y);
+        // Position in nodes.
         let (px, py) = (f[0] * x.period_um, f[1] * y.period_um);
         // Weights of the columns that the look-up reads.
         let mut weights_x = [0.0; TAPS_MAX];

@@ -216,11 +216,13 @@ fn in_lanes<'a>(
 ) -> [f32; 5] {
     let (wi, wo) = (wi.map(Lanes::all), wo.map(Lanes::all));
     let nm = [within_range(Lanes::each(wavelengths_nm))];
+    // Queries by value are always active (`Surface::plain_query`).
     let active = Lanes::mask(true);
     let zero = Lanes::all(0.0);
     let ([values], densities) = match part {
         Part::Value => (lobe.eval(wi, wo, nm, active), zero),
         Part::Density => ([zero], lobe.pdf(wi, wo, nm, active)),
+        // `ValueAndDensity`.
         _ => lobe.eval_pdf(wi, wo, nm, active),
     };
     let [a, b, c, d] = values.to_array();

@@ -163,7 +163,7 @@ pub(crate) fn run(args: &HeightFieldArgs) -> Outcome {
     }
     let mut config = args.surface.config()?;
     if args.make_tileable.is_some() {
-        // The blended tile is periodic, and the report describes it.
+        // The blended tile is periodic, and the report describes it. A tiling that the user chose stays.
         config.tiling.get_or_insert(Tiling::Periodic);
     }
     // Filled, but not levelled yet.

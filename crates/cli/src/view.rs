@@ -9,6 +9,7 @@ use std::process::Command;
 ///
 /// Starts the program `sunbeam-view`, which must be in the folder of this program. `sunbeam view --help` lists its
 /// arguments.
+// `--help` is passed on like the other arguments.
 #[derive(clap::Args)]
 #[command(disable_help_flag = true)]
 pub(crate) struct ViewArgs {
@@ -26,14 +27,15 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
     replace_process(&window, &args.passed_on)
 }
 
-/// Replaces this process by the program, whose parent process can then wait for it and end it. Returns only on failure.
+/// Replaces this process by the program. Whoever started the command can then wait for the program and end it. Returns
+/// only on failure.
 #[cfg(unix)]
 fn replace_process(program: &Path, args: &[OsString]) -> Outcome {
     use std::os::unix::process::CommandExt;
     Err(Command::new(program).args(args).exec().into())
 }
 
-/// Runs the program and exits with its status, or with 2 where a signal ended it.
+/// Runs the program and exits with its status, or with 2 where it has none.
 #[cfg(not(unix))]
 fn replace_process(program: &Path, args: &[OsString]) -> Outcome {
     std::process::exit(Command::new(program).args(args).status()?.code().unwrap_or(2))

@@ -258,7 +258,7 @@ mod tests {
         };
         let levelled = bowed(1.0);
         assert!(largest_difference(&bowed(0.0), &levelled) < 10.0 * ROUNDING_UM);
-        // Exponents of x and y in the terms of second degree.
+        // Exponents of x and y in the terms of degree 0 to 2.
         for (px, py) in [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)] {
             let moment: f64 = levelled
                 .heights_um()
@@ -284,8 +284,8 @@ mod tests {
         )
         .unwrap();
         let difference = largest_difference(&plain.levelled(Level::Lines), &scanned.levelled(Level::Lines));
-        // Offsets do not vary along x, so the plane has the tilt of the relief without offsets. The limit is that of
-        // rounding.
+        // Offsets change the plane along y alone, which the medians of rows remove with the offsets. The limit is that
+        // of rounding.
         assert!(difference < 1e-13, "{difference}");
     }
 

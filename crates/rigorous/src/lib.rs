@@ -28,7 +28,7 @@
 //! | ky | wave number along y, common to all fields: each varies as e^{i·ky·y} |
 //! | κ² = k² − ky² | squared wave number in the xz plane, in the air |
 //! | κm² = k²n² − ky² | the same in the lower medium |
-//! | t = κd/2π | period in units of the wavelength 2π/κ |
+//! | t = κd/2π, tm = κm·d/2π | period in units of the wavelengths 2π/κ and 2π/κm |
 //! | b | Bloch phase in turns: a field changes by the factor e^{2πib} from one period to the next |
 //! | m | index of a diffraction order |
 //! | αm = 2π(b + m)/d | wave number of order m along x |
@@ -55,7 +55,8 @@
 //! - `∂νEy = κ²[(n²/κm²) W Ey − (ky/k) Δ ∂sHy]`,
 //! - `∂νHy = κ²[(1/κm²) W Hy + (ky/k) Δ ∂sEy]`.
 //!
-//! For light that is incident from the lower medium with the field u₀, `W u` is replaced by `W u + ∂νu₀ − W u₀`.
+//! For light that is incident from the lower medium with the field u₀, `W u` is replaced by `W u + ∂νu₀ − W u₀`. On a
+//! perfect conductor Ey and ∂νHy vanish instead.
 //!
 //! Unknowns are Ey and Hy at the nodes of one period of the curve. One linear system is solved for all incident orders
 //! at once. The integral equations are those of Kress, *Linear Integral Equations*, and Popov (ed.), *Gratings: Theory

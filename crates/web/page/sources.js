@@ -1,4 +1,5 @@
-// Selection of the relief: a preset, a visitor's file, or an example.
+// Selection of the relief: a preset, a visitor's file, or an example. The form `scale` asks for the scale of a file
+// that has none.
 
 import { showControls } from "./panel.js";
 import { change, settingsChanged } from "./settings.js";
@@ -37,7 +38,8 @@ export async function chooseFile(file) {
   }
   showProgress(null);
   const { wanted } = page;
-  // Clears the key: a file that is dropped a second time is read again, so that its scale can be entered anew.
+  // Clears the key of the relief in hand: a file that is dropped a second time is read again, so that its scale can be
+  // entered anew.
   page.keys = { ...page.keys, relief: null };
   page.source = { name: file.name, file, sha256 };
   page.example = null;
@@ -76,23 +78,25 @@ export async function chooseExample(example) {
     } catch (error) {
       showProgress(null);
       showMessage(error.message);
+      // Marks the selected card again in place of the one clicked on.
       showControls();
       return;
     }
     showProgress(null);
+  }
+  const { camera, sun, map } = page.settings;
+  try {
+    page.settings = page.engine.complete({ camera, sun, map, ...example.settings });
+  } catch (error) {
+    showMessage(error.message);
+    showControls();
+    return;
   }
   page.source = source;
   page.wanted = null;
   page.example = example.name;
   showWanted();
   byId("scale").hidden = true;
-  const { camera, sun, map } = page.settings;
-  try {
-    page.settings = page.engine.complete({ camera, sun, map, ...example.settings });
-  } catch (error) {
-    showMessage(error.message);
-    return;
-  }
   showMessage(null);
   showStill(example);
   settingsChanged();

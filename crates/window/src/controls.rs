@@ -45,6 +45,7 @@ pub(crate) fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm)
         number(ui, "Depth", &mut settings.surface.depth, RELATIVE_SIZE, 0.005, "");
         let mut is_film = settings.is_film();
         switch(ui, "Film", &mut is_film);
+        // Acts only if the switch has changed.
         settings.set_film(is_film);
         if !is_film {
             optional(ui, "Cover's index", &mut settings.surface.cover_eta, 1.5, COVER_ETA, 0.01, "");

@@ -45,8 +45,8 @@ impl ToneMapper {
         Self { pass: TonePass::new(device, FORMAT), shown: None }
     }
 
-    /// Tone-maps a picture, brightened by `stops`, into the texture. Returns the texture's identifier, which is the
-    /// same for all pictures.
+    /// Tone-maps a picture, its radiance times 2^`stops`, into the texture. Returns the texture's identifier, which is
+    /// the same for all pictures.
     pub(crate) fn show(&mut self, window: &RenderState, target: &Target, stops: f64) -> TextureId {
         let (width, height) = target.size();
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
@@ -137,7 +137,7 @@ mod tests {
             for (texel, colour) in found.chunks_exact(4).zip(colours) {
                 let expected = srgb_encode(tone_map(colour.map(f64::from), stops));
                 for (byte, value) in texel.iter().zip(expected) {
-                    // Half of the last bit, and the error of `pow`.
+                    // Rounding to a byte (0.5), and the error of `pow`.
                     assert!((f64::from(*byte) - 255.0 * value).abs() < 0.6, "{colour:?}: {texel:?}, not {expected:?}");
                 }
             }

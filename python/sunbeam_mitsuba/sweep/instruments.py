@@ -25,7 +25,7 @@ def needs_converting(parameters: Mapping[str, Value]) -> bool:
 
 
 def check_library(surfaces: Iterable[Mapping[str, Value]]) -> None:
-    """Raises :class:`SweepError` where the first surface that needs SurfaceTopography finds it not installed."""
+    """Raises :class:`SweepError` where a surface needs SurfaceTopography, and it is not installed."""
     for parameters in surfaces:
         if needs_converting(parameters):
             try:

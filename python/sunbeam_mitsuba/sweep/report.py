@@ -58,7 +58,7 @@ class Row(NamedTuple):
 
     #: Values by column. Columns without a value are ``None`` or missing.
     cells: dict[str, Any]
-    #: The case's record (work.record_of), as store.read_result returns it.
+    #: The case's record (work.record_of) as stored, with ``pictures``: sizes in bytes by ending (store.write_result).
     record: dict[str, Any]
 
 

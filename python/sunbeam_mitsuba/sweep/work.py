@@ -1,7 +1,8 @@
-"""Computation of cases in the workers, which write each result before the next case begins.
+"""Computation of cases in the Dask workers, which write each result before the next case begins.
 
-A *case* is a surface under a setting. For each *want* (wants/want.py), a group of figures with its options, it is the
-*question*, and the figures and pictures are the *answer*.
+A *case* is a surface under a setting; its *identity* is a hash of all that decides its result (spec.py). A *want*
+(wants/want.py) is a group of figures with its options. It computes an *answer*, figures and pictures, to a *question*,
+the case.
 
 A *record* is the result of a case as a JSON object (:func:`record_of`). It holds the figures and the errors; pictures
 are files beside it.

@@ -39,6 +39,7 @@ SMALL_SLOPE = Form("small_slope", "small_slope", False)
 SMALL_SLOPE_LIMITED = Form("small_slope, limited", "small_slope", True)
 # The plugin's default for conductors.
 STAM = Form("stam", "stam", True)
+# Forms that are compared with Maxwell's equations on all reliefs.
 FORMS = (
     SMALL_SLOPE,
     STAM,
@@ -67,7 +68,8 @@ def efficiencies(
 ) -> list:
     """Fractions of unpolarised light in orders: an array for each of `lights`, which are triples (light, jx, jy).
 
-    `jx` and `jy` are arrays with the numbers of propagating orders along x and y. `index` must be real.
+    `jx` and `jy` are arrays with the numbers of propagating orders along x and y. `index` is that of the dielectric,
+    with an imaginary part of 0.
     """
     ny, nx = relief.heights.shape
     fine = relief.sampled(FINER * nx, FINER * ny)

@@ -27,7 +27,7 @@ class Relief:
         return Relief(np.fft.ifft2(resampled).real * nx * ny, self.period)
 
     def slopes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Slopes along x and y at the samples."""
+        """Slopes of the polynomial along x and y at the samples, whose numbers are odd."""
         ny, nx = self.heights.shape
         spectrum = np.fft.fft2(self.heights)
         slopes = []
@@ -40,8 +40,8 @@ class Relief:
         """Root mean square slopes of the polynomial along x and y."""
         ny, nx = self.heights.shape
         # The squares have twice the harmonics. With this many samples their means are exact.
-        x, y = self.sampled(4 * nx + 1, 4 * ny + 1).slopes()
-        return float(np.sqrt((x**2).mean())), float(np.sqrt((y**2).mean()))
+        along_x, along_y = self.sampled(4 * nx + 1, 4 * ny + 1).slopes()
+        return float(np.sqrt((along_x**2).mean())), float(np.sqrt((along_y**2).mean()))
 
     def scaled(self, factor: float) -> Relief:
         """The relief with its heights multiplied by a factor."""
@@ -72,6 +72,7 @@ SYNTHETIC = (
 def synthetic() -> Relief:
     """A synthetic relief like a skin's, with pixels of 50 nm, for tests without a scan."""
     columns, rows = (round(period_um / 0.05) for period_um in SYNTHETIC_UM)
+    # Positions of the pixels in periods.
     x = np.arange(columns)[None, :] / columns
     y = np.arange(rows)[:, None] / rows
     waves = [1e-3 * nm * np.cos(2 * np.pi * (jx * x + jy * y + turns)) for jx, jy, nm, turns in SYNTHETIC]

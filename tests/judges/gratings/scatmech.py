@@ -26,7 +26,7 @@ def grating_model(
     period_um: float,
     wavelength_nm: float,
     index: complex,
-    theta_deg: float,
+    theta_i_deg: float,
     azimuth_deg: float,
     waves: int,
     above: float = 1.0,
@@ -35,8 +35,8 @@ def grating_model(
     """The package's model of a grating with the parameters `profile`, such as those of `lamellae`.
 
     `waves` are kept on either side of order 0. The grating, of the refractive index `index`, is turned by `azimuth_deg`
-    about its normal. Light comes from a medium of the index `above`, in which the angle is measured; the wavelength is
-    that in vacuum. `side` is REFLECTED or TRANSMITTED. Raises SetupError without the package.
+    about its normal. Light comes from a medium of the index `above`, in which `theta_i_deg` is measured; the wavelength
+    is that in vacuum. `side` is REFLECTED or TRANSMITTED. Raises SetupError without the package.
     """
     try:
         from pySCATMECH.rcw import RCW_Model
@@ -44,7 +44,7 @@ def grating_model(
         raise SetupError(f"needs pySCATMECH: run `.venv/bin/pip install -r {REQUIREMENTS.name}`") from error
     upper, lower = f"({above!r},0)", f"({index.real!r},{index.imag!r})"
     grating = {**profile, "period": repr(period_um), "medium_i": upper, "medium_t": lower, "material": lower}
-    light = {"lambda": repr(wavelength_nm * 1e-3), "thetai": repr(theta_deg), "rotation": repr(azimuth_deg)}
+    light = {"lambda": repr(wavelength_nm * 1e-3), "thetai": repr(theta_i_deg), "rotation": repr(azimuth_deg)}
     # The package takes the name of a model from the key `None`.
     return RCW_Model({None: "RCW_Model", "order": str(waves), "type": str(side), **light, "grating": grating})
 
@@ -82,7 +82,7 @@ def lamellar(
 ) -> dict[int, np.ndarray]:
     """The `powers` of the reflected orders of a lamellar grating; arguments are those of `grating_model`.
 
-    Order m leaves at the sine of `theta_i_deg` along the grating's vector plus m·wavelength/period.
+    In the medium above, order m leaves at `wo.x = m·wavelength/(above·period) − wi.x`, as in all judges (__init__.py).
     """
     profile = lamellae(period_um, height_um, above)
     light = (theta_i_deg, azimuth_deg)

@@ -39,16 +39,16 @@ fn draw_cells(chart: &mut Chart, response: &Response) {
     let (wavelengths, angles) = (&response.wavelengths_nm, &response.angles_deg);
     let (x_range, y_range) = (ends(wavelengths), ends(angles));
     let (columns, rows) = (wavelengths.len().min(CELLS_MAX), angles.len().min(CELLS_MAX));
-    // Start of the i-th of `count` equal intervals of a range.
+    // Start of the i-th of `count` equal intervals of a range; wavelengths and angles have equal steps.
     let edge = |(first, last): (f64, f64), i: usize, count: usize| first + (last - first) * i as f64 / count as f64;
     for column in 0..columns {
         // The values at the wavelengths of this column, `[wavelength][angle]`.
-        let spectra = &response.values[part(column, columns, wavelengths.len())];
+        let values = &response.values[part(column, columns, wavelengths.len())];
         // At least the smallest positive number, so that a column of zeros has shade 0.
-        let brightest = spectra.iter().flatten().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
+        let brightest = values.iter().flatten().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
         for row in 0..rows {
             let cell_angles = part(row, rows, angles.len());
-            let in_cell = spectra.iter().flat_map(|values| &values[cell_angles.clone()]);
+            let in_cell = values.iter().flat_map(|by_angle| &by_angle[cell_angles.clone()]);
             // The square root makes faint values visible.
             let shade = (in_cell.fold(0.0f64, |a, b| a.max(*b)) / brightest).sqrt();
             if shade > SHADE_MIN {

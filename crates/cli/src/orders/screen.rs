@@ -40,7 +40,7 @@ impl Screen {
     pub(super) fn orders(&self, wi: Vec3, index: f64) -> impl Iterator<Item = (i32, [f64; 2])> {
         let (step, bins) = (self.step, self.bins);
         let (first, last) = (((wi[0] - index) / step).ceil() as i32, ((wi[0] + index) / step).floor() as i32);
-        // The pixels resolve orders below half of their number; a single pixel has order 0.
+        // A row of `bins` pixels resolves |m| < bins/2, and a single pixel order 0.
         let is_resolved = move |m: &i32| 2 * m.abs() < bins.max(2);
         (first..=last).filter(is_resolved).map(move |m| (m, [f64::from(m) * step - wi[0], -wi[1]]))
     }
@@ -50,7 +50,8 @@ impl Screen {
         (tangential_x / self.step).round() as i32
     }
 
-    /// `|c_m|²` at the phase rate `kappa` in rad/µm. Each order has its own phase rate, and needs its own transform.
+    /// `|c_m|²` at the phase rate `kappa`, the phase per height in rad/µm. Each order has its own phase rate, and needs
+    /// its own transform.
     pub(super) fn power(&self, m: i32, kappa: f64) -> f64 {
         // The first row of the transform has the orders along x, negative ones in its upper half.
         self.transform.amplitudes(kappa)[m.rem_euclid(self.bins) as usize].norm_sqr()

@@ -1,4 +1,4 @@
-//! The canvas on which the artist shows pictures: its WebGPU surface, and the tone pass that draws on it.
+//! The canvas on which `artist.rs` shows pictures: its WebGPU surface, and the tone pass that draws on it.
 
 use crate::WebError;
 use std::cell::RefCell;
@@ -26,7 +26,7 @@ impl Screen {
         Ok(Self { surface, config: RefCell::new(config), tone })
     }
 
-    /// Draws the picture of `target` on the canvas, brightened by `stops`.
+    /// Draws the picture of `target` on the canvas, its radiance times 2^`stops`.
     pub(super) fn show(&self, gpu: &Gpu, target: &Target, stops: f64) -> Result<(), WebError> {
         let (width, height) = target.size();
         {

@@ -22,8 +22,8 @@ def exposed(pixels: Doubles, averaged: Doubles, exposure: float) -> tuple[Answer
     ``exposure`` is a factor; 0 selects automatic exposure.
 
     Returns an answer with the figures ``exposure``, ``mean_r``, ``mean_g`` and ``mean_b``, and the 8-bit sRGB picture.
-    The means are over the pixels ``averaged[count, 3]`` before exposure. Raises :class:`WantError` where a pixel is not
-    finite.
+    The means are over ``averaged[count, 3]``, at least one of these pixels, before exposure. Raises :class:`WantError`
+    where a pixel is not finite.
     """
     bad = int(np.count_nonzero(~np.isfinite(pixels)))
     if bad:

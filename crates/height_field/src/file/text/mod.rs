@@ -248,7 +248,7 @@ fn ramp(numbers: &[f64]) -> Option<(f64, f64)> {
 
 /// Meaning of the heights according to a header; µm where it does not mention a unit.
 fn meaning(header: &Header) -> Meaning {
-    match &header.height {
+    match &header.height_unit {
         HeightUnit::NotGiven => Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::Default, "µm") },
         HeightUnit::Length(unit, unit_um) => Meaning::in_unit(unit, *unit_um),
         // `header::parse` has already refused `NoLength`.
@@ -273,7 +273,7 @@ fn from_points(header: &Header, table: &Table) -> Parsed {
     let mut numbers = table.values.clone();
     mark_missing(header, numbers.iter_mut().skip(2).step_by(3));
     let grid = points::grid(&numbers, header.lateral_um.unwrap_or([1.0; 2]))?;
-    if header.lateral_um.is_none() && header.height != HeightUnit::NotGiven {
+    if header.lateral_um.is_none() && header.height_unit != HeightUnit::NotGiven {
         return Err("its header has a unit for z, but none for x and y".to_owned());
     }
     // Without a unit of their own, x and y are in µm. The coordinates themselves give the order of rows.

@@ -70,7 +70,7 @@ pub(super) struct Header {
     /// Length of the longer side in µm, from a key without an axis.
     pub edge_um: Option<f64>,
     /// Unit of the heights.
-    pub height: HeightUnit,
+    pub height_unit: HeightUnit,
     /// Units of x and y of points, in µm.
     pub lateral_um: Option<[f64; 2]>,
     /// First row of the file; `None` for an unknown program.
@@ -131,7 +131,7 @@ pub(super) fn parse(lines: &[Line]) -> Result<Header, String> {
         }
     }
     header.take_unknown(unknown)?;
-    if let HeightUnit::NoLength(reason) = header.height {
+    if let HeightUnit::NoLength(reason) = header.height_unit {
         return Err(reason);
     }
     // All known programs write the top row first.
@@ -195,7 +195,9 @@ impl Header {
     /// Whether the header has the properties that Gwyddion writes for a matrix, whatever the language: both lengths and
     /// the unit of the heights, but no numbers of points.
     fn is_of_gwyddion(&self) -> bool {
-        self.extent_um.iter().all(Option::is_some) && self.counts == [None, None] && self.height != HeightUnit::NotGiven
+        self.extent_um.iter().all(Option::is_some)
+            && self.counts == [None, None]
+            && self.height_unit != HeightUnit::NotGiven
     }
 
     /// Stores the property of one pair of a line. Returns `false` if the key is unknown.
@@ -216,18 +218,18 @@ impl Header {
         match role(key) {
             Role::Irrelevant => {}
             Role::Channel => self.channel = Some(value.to_owned()),
-            Role::HeightUnit => self.height = height_unit(value).unwrap_or_else(HeightUnit::NoLength),
+            Role::HeightUnit => self.height_unit = height_unit(value).unwrap_or_else(HeightUnit::NoLength),
             Role::HeightFactor => {
                 // The height of a stored number of 1.
                 let unit_um = parsed()?.lengths_um().ok_or_else(refuse)?[0];
-                self.height = HeightUnit::Length(value.to_owned(), unit_um);
+                self.height_unit = HeightUnit::Length(value.to_owned(), unit_um);
             }
             Role::LateralUnit => self.lateral_um = Some([micrometres(value)?; 2]),
             Role::NmPerValue => {
                 let nm = number()?;
                 // The key `z-unit` takes precedence.
-                if self.height == HeightUnit::NotGiven {
-                    self.height = HeightUnit::Length(format!("{nm} nm"), nm * 1e-3);
+                if self.height_unit == HeightUnit::NotGiven {
+                    self.height_unit = HeightUnit::Length(format!("{nm} nm"), nm * 1e-3);
                 }
             }
             Role::MaskedPoints => self.has_mask = number()? > 0.0,
@@ -235,8 +237,8 @@ impl Header {
             Role::HeightRange => {
                 let unit = parsed()?.unit;
                 if program == Program::Wsxm {
-                    self.height = height_unit(&unit)?;
-                } else if !unit.is_empty() && self.height == HeightUnit::NotGiven {
+                    self.height_unit = height_unit(&unit)?;
+                } else if !unit.is_empty() && self.height_unit == HeightUnit::NotGiven {
                     // The files of other programs may have the heights in another unit than their range.
                     return Err(refuse());
                 }
@@ -302,7 +304,7 @@ impl Header {
             self.lateral_um = Some(lateral_um);
         }
         if let Some((unit, unit_um)) = titles.height {
-            self.height = HeightUnit::Length(unit, unit_um);
+            self.height_unit = HeightUnit::Length(unit, unit_um);
         }
     }
 
@@ -321,7 +323,7 @@ impl Header {
         if !words.any(|word| nouns.contains(&word.trim_end_matches('s'))) {
             return Err(not_understood(line, text));
         }
-        self.height = height_unit(&unit)?;
+        self.height_unit = height_unit(&unit)?;
         Ok(())
     }
 }

@@ -62,13 +62,13 @@ impl Header {
         let Some(width_at) = found.filter(|_| self.extent_um == [None, None]) else { return Ok(()) };
         let height_at = width_at + 1;
         let channel_at = (width_at > 0 && has_next(width_at - 1)).then(|| width_at - 1);
-        let unit_at = (has_next(height_at) && self.height == HeightUnit::NotGiven).then_some(height_at + 1);
+        let unit_at = (has_next(height_at) && self.height_unit == HeightUnit::NotGiven).then_some(height_at + 1);
         self.extent_um = [length_at(width_at), length_at(height_at)];
         if let Some(at) = channel_at {
             self.channel.get_or_insert_with(|| lines[at].value.clone());
         }
         if let Some(at) = unit_at {
-            self.height = height_unit(&lines[at].value)?;
+            self.height_unit = height_unit(&lines[at].value)?;
         }
         for at in [Some(width_at), Some(height_at), channel_at, unit_at].into_iter().flatten() {
             lines[at].is_used = true;
@@ -82,14 +82,14 @@ impl Header {
     /// # Errors
     /// The errors of [`micrometres`] and [`height_unit`].
     fn take_unit_lines(&mut self, lines: &mut [UnknownLine]) -> Result<(), String> {
-        if self.lateral_um.is_some() || self.height != HeightUnit::NotGiven {
+        if self.lateral_um.is_some() || self.height_unit != HeightUnit::NotGiven {
             return Ok(());
         }
         let is_unit = |entry: &&mut UnknownLine| !entry.is_used && micrometres(&entry.value).is_ok();
         let mut units: Vec<&mut UnknownLine> = lines.iter_mut().filter(is_unit).collect();
         if let [lateral, values] = units.as_mut_slice() {
             self.lateral_um = Some([micrometres(&lateral.value)?; 2]);
-            self.height = height_unit(&values.value)?;
+            self.height_unit = height_unit(&values.value)?;
             lateral.is_used = true;
             values.is_used = true;
         }
