@@ -15,7 +15,7 @@ from .scene import View, soil, stage
 
 # Refractive index of polycarbonate.
 POLYCARBONATE = 1.58
-# Radius of the disc (IEC 60908 and ECMA-267). The radii below follow these standards nearly.
+# Radius of the disc (IEC 60908 and ECMA-267).
 RADIUS_CM = 6.0
 # Inner and outer radius of the tracks.
 TRACKS_CM = (2.3, 5.85)

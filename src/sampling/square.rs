@@ -26,7 +26,8 @@
 //!
 //! In the evaluator, masses are whole *counts* times a unit of mass per band (`summed_area`). Results are zero where
 //! the mask `active` is false. A *reach* is a bound: of a [`LatticeAxis`] on node numbers, of a [`SquareAxis`] on
-//! offsets in nodes, and of [`SquareLayout`] and [`Passage`] on outgoing direction cosines.
+//! offsets in nodes, and of [`SquareLayout`] and [`Passage`] on outgoing direction cosines. A [`Passage`] has the
+//! incident wave vector, a [`Reading`] the wavelengths for f and for κ.
 
 use super::node_power;
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};

@@ -14,8 +14,9 @@ const PERIOD_UM: RangeInclusive<f64> = 0.2..=50.0;
 const HEIGHT_UM: RangeInclusive<f64> = 0.001..=5.0;
 /// Range of the control for pixel sizes in µm.
 const PIXEL_UM: RangeInclusive<f64> = 1e-4..=10.0;
-/// Change of a length in µm per point of a drag. Pixels of scans are smaller than other lengths.
+/// Change of a period or a height in µm per point of a drag.
 const DRAG_UM: f64 = 0.005;
+/// Change of a pixel size in µm per point of a drag.
 const PIXEL_DRAG_UM: f64 = 0.001;
 
 /// The choice of the relief's source. Name and scale of a file are edited here. The surface receives them together when
