@@ -79,10 +79,10 @@
  *
  *     f_r(wi, wo, lambda) = R O M S(f; kappa) / lambda^2,     f = (u, v) / lambda,     kappa = 2 pi w / lambda
  *
- * S is the power spectrum of the phase screen exp(i kappa h) under a Gaussian coherence window, R the Fresnel
- * reflectance at the half vector, and O the obliquity factor: (1 + dot(wi, wo))^2 / (cos(theta_i) cos(theta_o) w^2)
- * for stam, 1 for unit. M is the V-cavity factor, 1 without shadowing. With small_slope, the factor Q of first-order
- * small-slope theory replaces R O (docs/model.md). The pigment adds
+ * Lengths are in um. S is the power spectrum of the phase screen exp(i kappa h) under a Gaussian coherence window, R
+ * the Fresnel reflectance at the half vector, and O the obliquity factor: (1 + dot(wi, wo))^2 / (cos(theta_i)
+ * cos(theta_o) w^2) for stam, 1 for unit. M is the V-cavity factor, 1 without shadowing. With small_slope, the factor Q
+ * of first-order small-slope theory replaces R O (docs/model.md). The pigment adds
  *
  *     (1 - specular R(theta_i)) (1 - specular R(theta_o)) diffuse / pi,
  *
@@ -162,10 +162,11 @@ constexpr size_t count_variants(std::string_view list) {
 } // namespace
 } // namespace sunbeam
 
-/// Registers every variant. Rust's `init_plugin`, whose name Mitsuba looks up, calls this function.
+/// Registers every variant of the plugin `name` by Mitsuba's function `fn`. Rust's `init_plugin`, whose name Mitsuba
+/// looks up, calls this function and lets its exceptions pass.
 extern "C" void sunbeam_register_variants(std::string_view name, mitsuba::PluginRegisterFn fn) {
     using namespace sunbeam;
-    // Mitsuba's core library defines `fn`.
+    // `fn` lies in Mitsuba's core library.
     mitsuba_address = reinterpret_cast<const void *>(fn);
     const size_t count =
         register_scalar_variants(name, fn) + register_llvm_variants(name, fn) + register_cuda_variants(name, fn);

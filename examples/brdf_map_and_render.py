@@ -33,7 +33,7 @@ f = surface.eval(wi, wo, wavelength_nm)  # BSDF without the cosine, [directions,
 
 # %% [markdown]
 # Colours: the CIE 1931 observer under an equal-energy illuminant, in linear sRGB. XYZ is the sum over the wavelengths,
-# divided by that of the observer's Y, so a BSDF of 1/sr has Y = 1. The exposure clips 1 % of the disc, and a
+# divided by that of the observer's Y, so a BSDF of 1 (in 1/sr) has Y = 1. The exposure clips 1 % of the disc, and a
 # power of 1/2.2 approximates the sRGB encoding.
 
 # %%

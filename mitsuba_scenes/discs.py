@@ -41,9 +41,9 @@ TOLERANCE = 1e-2
 LAMP_BRIGHTNESS = 0.25
 # Radiance of the dim room, in all directions.
 ROOM_RADIANCE = 0.03
-# Radiance of the window. A larger one brightens its colours on the disc.
+# Radiance of the room's window. A larger one brightens its colours on the disc.
 WINDOW_RADIANCE = 8.0
-# Edges of the window in cm: width and height.
+# Width and height of the room's window.
 WINDOW_CM = (50.0, 70.0)
 
 
@@ -52,14 +52,14 @@ class Format:
     """Kind of disc.
 
     `pitch_um` is the distance between tracks and `depth_um` the depth of pits. `lamps` has azimuth and elevation in
-    degrees of small lamps, and `window_cm` is the centre of a window. The first orders of all of them reach the camera
-    of DISC_VIEW.
+    degrees of small lamps (`direction` of light.py), and `window_centre_cm` is the centre of a window of the room. The
+    first orders of all of them reach the camera of DISC_VIEW.
     """
 
     pitch_um: float
     depth_um: float
     lamps: list[tuple[float, float]]
-    window_cm: tuple[float, float, float]
+    window_centre_cm: tuple[float, float, float]
 
     def tracks(self) -> dict:
         """The plugin for the tracks of pits in aluminium."""
@@ -77,9 +77,9 @@ class Format:
 
 
 # Compact disc, as in the preset.
-CD = Format(pitch_um=1.6, depth_um=0.12, lamps=[(73, 64), (114, 61)], window_cm=(60, 150, 115))
+CD = Format(pitch_um=1.6, depth_um=0.12, lamps=[(73, 64), (114, 61)], window_centre_cm=(60, 150, 115))
 # DVD (ECMA-267). Its depth is about a quarter of the wavelength of the player's laser, 0.65 µm, in polycarbonate.
-DVD = Format(pitch_um=0.74, depth_um=0.105, lamps=[(-11, 75), (160, 65)], window_cm=(111, 92, 115))
+DVD = Format(pitch_um=0.74, depth_um=0.105, lamps=[(-11, 75), (160, 65)], window_centre_cm=(111, 92, 115))
 
 
 def disc(kind: Format) -> dict:
@@ -112,8 +112,8 @@ def disc(kind: Format) -> dict:
 def window(kind: Format) -> dict:
     """A window behind the disc and a dim room, as entries of a scene dictionary."""
     transform = mi.ScalarTransform4f()
-    # It faces the disc at the origin.
-    place = transform.look_at(list(kind.window_cm), [0, 0, 0], [0, 0, 1])
+    # It faces the disc at the origin. Mitsuba's rectangle has sides of 2.
+    place = transform.look_at(list(kind.window_centre_cm), [0, 0, 0], [0, 0, 1])
     place = place @ transform.scale([0.5 * WINDOW_CM[0], 0.5 * WINDOW_CM[1], 1])
     emitter = {"type": "area", "radiance": {"type": "d65", "scale": WINDOW_RADIANCE}}
     return {"window": {"type": "rectangle", "to_world": place, "emitter": emitter}, **uniform_sky(ROOM_RADIANCE)}

@@ -31,8 +31,8 @@ def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
     realtime renderer uses its method `table`, the colour table (docs/realtime.md). `view` sets the resolution; its
     camera must be the default one. `spp` is the number of Mitsuba's samples per pixel.
 
-    Result: `mitsuba_seconds`, the `seconds` of `picture.render`; `realtime`, the report of `sunbeam render`; and
-    `compared`, the report of `realtime.compare`.
+    Result: `mitsuba_seconds`, the `seconds` of `picture.render` by stage; `realtime`, the report of `sunbeam render`;
+    and `compared`, the report of `realtime.compare`.
     """
     light = Light(sun="directional", sky_radiance=0)
     skin = preset_skin(PRESET)
@@ -49,9 +49,9 @@ def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
     compared = realtime.compare(mitsuba_exr, realtime_exr, png=output / "both-difference.png")
     # The adapter's name without the driver's version.
     adapter = drawn["adapter"].split(" (")[0]
-    mitsuba_seconds = PASSES * traced.seconds["later_pass"]
+    all_passes_s = PASSES * traced.seconds["later_pass"]
     row = [
-        (mitsuba_png, f"Mitsuba 3, {spp} paths a pixel: {mitsuba_seconds:.1f} s"),
+        (mitsuba_png, f"Mitsuba 3, {spp} paths a pixel: {all_passes_s:.1f} s"),
         (
             realtime_png,
             f"realtime, {SUPERSAMPLE**2} rays a pixel, method table: {drawn['gpu_ms'] / 1e3:.2g} s on {adapter}",

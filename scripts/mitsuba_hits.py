@@ -5,8 +5,8 @@ its pixels row by row from the top. A pixel is null for a ray without a hit, or 
 
 - `skin`: whether the ray hit the snake, and not the ground;
 - `lit`: whether the sun reaches the point from the viewer's side of the surface;
-- `wi_wo_uv`: unit vectors to the sun and to the viewer in the frame of shading, with z along the shading normal, and
-  texture coordinates u and v; 8 numbers.
+- `wi_wo_uv`: unit vectors to the sun and to the viewer in the frame of shading, with z along the shading normal and x
+  along growing u, and texture coordinates u and v; 8 numbers.
 
 Run it in the repository after `make tool`: PYTHONPATH=. .venv/bin/python scripts/mitsuba_hits.py
 """
@@ -35,7 +35,7 @@ def hit(scene: mi.Scene, ray: mi.Ray3f, to_sun: mi.Vector3f) -> dict | None:
     si = scene.ray_intersect(ray)
     if not si.is_valid():
         return None
-    # Mitsuba names the direction to the viewer `wi`.
+    # Mitsuba names the direction to the viewer `wi`; here `wi` is to the sun and `wo` to the viewer.
     wi, wo = si.to_local(to_sun), si.wi
     # Where the viewer sees the back of a surface, both directions are mirrored to the front, as by Mitsuba's BSDF
     # `twosided`.
@@ -57,7 +57,7 @@ def main() -> None:
         subprocess.run([REPOSITORY / "target/release/sunbeam", "snake", "-o", mesh], check=True, capture_output=True)
         # One sample per pixel; the rays below do not depend on this number.
         sensor = mi.load_dict(view.sensor(1))
-        # Hits do not depend on materials and lights, which are left out.
+        # Hits do not depend on materials and lights, which are left out. The ground reaches 200 cm to each side.
         scene = mi.load_dict(
             {
                 "type": "scene",

@@ -49,7 +49,7 @@
 //! | --- | --- |
 //! | [`height_field`] | heights from presets and files |
 //! | [`transform`] | Fourier transforms of the phase screen `exp(iκh)` of heights `h` |
-//! | [`table`] | the power spectrum `S(f; κ)` over frequencies and phase rates |
+//! | [`table`] | the power spectrum `S(f; κ)` over spatial frequencies and phase rates |
 //! | [`colour_table`] | the reflectance in linear sRGB over the scattering vector |
 //! | [`scattering`] | factors of a pair of directions: scattering vector, obliquity, Fresnel |
 //! | [`sampling`] | sampling of outgoing directions, and its density |
@@ -71,9 +71,9 @@
 //!   the surface, to the light and to the viewer.
 //! - The scattering vector `q = wi + wo = (u, v, w)`: `u = wi.x + wo.x`, `v = wi.y + wo.y`, `w = cosθi + cosθo`.
 //! - Lengths on the surface are in µm, wavelengths in nm at every interface.
-//! - The phase rate is `κ = 2πw/λ` in rad/µm, with λ in µm. A tile of `Lx` by `Ly` has the order amplitudes
-//!   `c_j(κ) = mean over the tile of exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))`, with a positive sign of the exponent.
-//!   Order `j = (jx, jy)` leaves at `u = λ·jx/Lx`, `v = λ·jy/Ly`. Order 0 of a flat tile has the amplitude 1.
+//! - The phase rate is `κ = 2πw/λ` in rad per µm of height, with λ in µm. A tile of `Lx` by `Ly` has the order
+//!   amplitudes `c_j(κ) = mean over the tile of exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))`, with a positive sign of the
+//!   exponent. Order `j = (jx, jy)` leaves at `u = λ·jx/Lx`, `v = λ·jy/Ly`. Order 0 of a flat tile has the amplitude 1.
 //! - Bins of a two-dimensional transform are stored `[jy][jx]`, non-negative orders first (FFT order).
 //! - The reflectance `f_r` is in 1/sr and does not contain the cosine; a `pdf` is per solid angle.
 //!

@@ -1,9 +1,14 @@
-"""Batches of BSDF queries as NumPy arrays, in scalar variants (a loop) and in vectorised ones."""
+"""Batches of BSDF queries as NumPy arrays, in scalar variants (a loop) and in vectorised ones.
+
+`wi` and `wo` are unit vectors `(count, 3)` in the local frame. `nm` has wavelengths `(count, 4)`, which only spectral
+variants use.
+"""
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+# Range of Mitsuba's spectral variants.
 WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM = 360.0, 830.0
 
 
@@ -30,12 +35,15 @@ def is_scalar():
 
 
 def intensity(spectrum):
-    """The intensity part of a value, `(channels, ...)`."""
+    """The value's channels, first axis; of a Mueller matrix the element [0, 0], which is the intensity's."""
     return np.atleast_1d(np.array(spectrum[0, 0] if mi.is_polarized else spectrum))
 
 
 def interactions(wi, nm):
-    """Surface interactions of a vectorised variant, without literals, so that one kernel serves all directions."""
+    """Surface interactions of a vectorised variant.
+
+    Arrays are no literals of Dr.Jit, so one kernel serves all directions.
+    """
     si = dr.zeros(mi.SurfaceInteraction3f, len(wi))
     si.wi = mi.Vector3f(np.ascontiguousarray(np.transpose(wi)))
     if mi.is_spectral:
@@ -54,7 +62,7 @@ def one_by_one(wi, nm):
 
 
 def eval_alone(bsdf, wi, wo, nm):
-    """Values `(count, channels)`, without compiling the sampler."""
+    """Values `(count, channels)`, without compiling the density as `eval_pdf` does."""
     ctx = mi.BSDFContext()
     if is_scalar():
         return np.array([intensity(bsdf.eval(ctx, si, o)) for si, o in zip(one_by_one(wi, nm), wo.tolist())])
@@ -74,7 +82,10 @@ def eval_pdf(bsdf, wi, wo, nm):
 
 
 def sample(bsdf, wi, nm, u):
-    """Directions `(count, 3)`, densities, weights `(count, channels)` from random numbers `(count, 3)`."""
+    """Directions `(count, 3)`, densities `(count,)` and weights `(count, channels)` from random numbers `(count, 3)`.
+
+    The first number is Mitsuba's `sample1`, the others are `sample2`.
+    """
     ctx = mi.BSDFContext()
     if is_scalar():
         u = u.tolist()

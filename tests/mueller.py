@@ -26,7 +26,7 @@ def elements(spectrum):
 
 
 def evaluated(bsdf, wi, wo, mode=None):
-    """Mueller matrices `[pair, channel, row, column]` of light from `wo` to `wi`."""
+    """Mueller matrices `[pair, channel, row, column]` of light from `wo` to `wi`; `mode` is Mitsuba's TransportMode."""
     ctx = mi.BSDFContext() if mode is None else mi.BSDFContext(mode)
     nm = np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
     if is_scalar():
@@ -67,21 +67,22 @@ def turned(forward, start, end):
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
-def between_states(matrices, start, end):
-    """Matrices `[pair, channel, 4, 4]` for light from `start` to `end`, in the frames of s and p.
+def between_states(matrices, source, target):
+    """Matrices `[pair, channel, 4, 4]` for light from `source` to `target`, in the frames of s and p.
 
-    `matrices` are in Mitsuba's frames. `start` and `end` point away from the surface. s is along z × k, where k is the
-    direction of travel.
+    `matrices` are in Mitsuba's frames. `source` and `target` point away from the surface, but not along the normal. s
+    is along z × k, where k is the direction of travel.
     """
-    across = [np.stack([-k[:, 1], k[:, 0], 0 * k[:, 0]], -1) for k in (-start, end)]
+    across = [np.stack([-k[:, 1], k[:, 0], 0 * k[:, 0]], -1) for k in (-source, target)]
     s = [v / np.linalg.norm(v, axis=-1, keepdims=True) for v in across]
-    into, out = turned(-start, basis(-start), s[0]), turned(end, basis(end), s[1])
+    into, out = turned(-source, basis(-source), s[0]), turned(target, basis(target), s[1])
     return out[:, None] @ matrices @ np.swapaxes(into, -1, -2)[:, None]
 
 
 def pairs(count, seed=5, lowest=0.02):
     """`count` random pairs of directions `[wi, wo]` whose cosines with the normal exceed `lowest`."""
     rng = np.random.default_rng(seed)
+    # Twice the count, of which few are left out.
     both = [random_directions(rng, 2 * count) for _ in range(2)]
     kept = np.minimum(both[0][:, 2], both[1][:, 2]) > lowest
     return [w[kept][:count] for w in both]
@@ -99,6 +100,7 @@ def reversed_path(matrices, wi, wo):
     # Reversal of the path transposes a matrix and changes the sign of the third Stokes component.
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     backwards = flip @ np.swapaxes(matrices, -1, -2) @ flip
-    # Rotations from Mitsuba's frames of the reversed light to those of the given light.
+    # Rotations from Mitsuba's frames of light from `wi` to `wo` to those of the reversed light. The transpose of a
+    # rotation is its inverse.
     into, out = turned(-wi, basis(-wi), basis(wi)), turned(wo, basis(wo), basis(-wo))
     return np.swapaxes(out, -1, -2)[:, None] @ backwards @ into[:, None]

@@ -18,8 +18,8 @@ FAILED = 3
 def run(checks: Iterable[Check], results: Path) -> bool:
     """Runs all checks, and appends a line of JSON for each to the file `results`; returns whether none failed.
 
-    A check fails if it returns a false `passed`, or by an exception; the next check runs in both cases. A check without
-    `passed` only measures, so it fails by an exception alone.
+    A check is its name and a function that returns a dictionary. It fails if `passed` there is false, or by an
+    exception; the next check runs in both cases. Without `passed` it only measures, so it fails by an exception alone.
     """
     passed = True
     with results.open("a", encoding="utf-8") as lines:

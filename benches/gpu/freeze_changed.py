@@ -33,8 +33,8 @@ def rendered(variant: str) -> dict:
     """Compares frozen with plain renders at each of LENGTHS, the coherence lengths in µm.
 
     The surface is CHANGED, whose coherence length the calls replace. `differing` is the largest fraction of pixels that
-    differ between both. `between lengths` is the fraction that differs between the first two lengths. `recordings` is
-    how often Dr.Jit recorded the function.
+    differ between both by more than rounding, and STRAY the largest accepted one. `between lengths` is the fraction
+    that differs between the first two lengths. `recordings` is how often Dr.Jit recorded the function.
     """
     use(variant)
     scene = ball({"type": "diffraction", **CHANGED})
@@ -49,6 +49,7 @@ def rendered(variant: str) -> dict:
         parameters["ball.bsdf.coherence_length"] = length
         parameters.update()
         pictures.append(np.array(frozen(scene, mi.UInt32(0)), dtype=float)[..., :3])
+        # With the same seed, 0.
         fractions.append(differing(pictures[-1], picture(scene)))
     # The pictures of two lengths must differ by more than the tolerance; otherwise the check would prove nothing.
     apart = differing(pictures[1], pictures[0])

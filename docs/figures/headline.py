@@ -1,7 +1,7 @@
 """The plugin's cost in Mitsuba: time to an error, calls, the first picture, and RGB against spectral.
 
-A *cell* is a scene in a variant of Mitsuba, in which materials are compared by their time to the relative error `aim`
-(time_to_error.py). The documentation's part `sampling` and `benches/mitsuba_cost.py` use the measurements;
+A *cell* is a scene in a variant of Mitsuba, in which materials are compared by their time to the relative rms error
+`aim` (time_to_error.py). The documentation's part `sampling` and `benches/mitsuba_cost.py` use the measurements;
 `cell_lines` and `lines` give them as text.
 """
 
@@ -20,10 +20,11 @@ def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_again
     """All measurements with their settings, and under `took_s` the seconds that each took.
 
     `cells`, `calls`, `first_renders` and `colours` have the results of the measuring functions. `cell_s` is the time of
-    each cell, and `picture_s` that of each of the two converged pictures of `colours`, in seconds without compiling.
-    Cells with slow renders take longer, since each cell has a minimum number of rounds. `call_names` and `turns` are
-    the measured calls and how often each is timed, `first_size` the size of the first pictures, `scanned` a caption of
-    the scan or of what replaces it, and `grey` the mean luminance at which colours are compared.
+    each cell, and `picture_s` that of each of the two converged pictures (RGB and spectral) of `colours`. Both are in
+    seconds and leave out compiling. Cells with slow renders take longer, since each cell has a minimum number of
+    rounds. `call_names` and `turns` are the measured calls and how often each is timed, `first_size` the size of the
+    first pictures, `scanned` a caption of the scan or of what replaces it, and `grey` the mean luminance at which
+    colours are compared.
     """
     _, scanned_caption = scanned_surface()
     made = {
@@ -93,7 +94,7 @@ def cell_lines(made: dict) -> list[str]:
 
     - `s`, `/ rough`, `by cpu`: seconds of a picture of `nominal_pixels` pixels, their ratio to those of
       `roughconductor`, and the ratio of CPU seconds;
-    - `error`: the relative error of the measured picture;
+    - `error`: the relative error of the measured picture of `noise_size`;
     - `s to aim`, `/ rough`: seconds until the error is `aim`, and their ratio to those of `roughconductor`;
     - `rounds`: the number of rounds, in each of which every material is rendered once.
     """
@@ -117,7 +118,7 @@ def lines(made: dict) -> list[str]:
     """The result of `figures` as lines of text tables.
 
     The last table has numbers of `rgb_against_spectral.difference`: mean and 95th percentile of ΔE76, its mean by noise
-    alone, and the ratio of sums over pixels and channels.
+    alone, and the ratio, RGB over spectral, of sums over pixels and channels.
     """
     found = cell_lines(made)
     found += ["", f"{'ns per call':26}{'material':16}" + "".join(f"{call:>10}" for call in bsdf_calls.CALLS)]

@@ -2,7 +2,7 @@
 
 The documentation's part `renderings-methods` compares published methods by them. Pictures are linear sRGB with any
 exposure. Each is exposed by `shown`, so that statistics of different methods compare. Colours are CIELAB: lightness L*,
-and a* and b*, whose polar coordinates are hue and chroma. Constants below are chosen.
+and a* and b*, whose polar coordinates are hue and chroma. The constants are chosen.
 """
 
 from __future__ import annotations
@@ -115,6 +115,6 @@ def near_highlight(pairs: np.ndarray) -> np.ndarray:
 def dark_share(pixels: np.ndarray, among: np.ndarray) -> float:
     """Fraction of dark pixels among the linear pixels (count, 3) in the mask `among` (count,).
 
-    The exposure is that of all pixels, not only of those in the mask.
+    The exposure is that of all pixels, not only of those in the mask. An empty mask gives NaN.
     """
     return float((shown(pixels) @ LUMINANCE < DARK)[among].mean())

@@ -211,8 +211,8 @@ def terms_seen(rows: list[dict]) -> dict:
 def right_side(maps: Maps, panels: list[Panel]) -> dict:
     """CIELAB chroma in the right half of maps, x > 0, without the mirror direction, by angle of incidence.
 
-    A row's `share` is the right half's fraction of the disc's chroma, its `mean` the mean chroma of the right half.
-    `grows` tells for both whether they increase with the angle.
+    A row's `share` is the right half's fraction of the disc's chroma, its `mean` the mean chroma of the right half. The
+    chroma near the mirror direction counts as 0. `grows` tells for both whether they increase with the angle.
     """
     rows = []
     for panel in panels:
@@ -250,6 +250,7 @@ def check(made: dict) -> None:
         "Xenopeltis has not converged with 24 and 26 terms": all(
             errors["xenopeltis-procedural"][caption] >= NOTICED_DELTA_E for caption in about_the_base
         ),
+        # `parts` has the number of terms at which each partial sum has converged.
         "the four partial sums converge within 3 terms of each other": all(
             max(found["parts"]) - min(found["parts"]) <= 3 for found in made["sums"]
         ),
@@ -269,6 +270,7 @@ def check_against_direct_sum(found: Sums, surface: Surface) -> None:
     An amplitude P gives f_r = O·4πs²|P|²/λ² (docs/model.md). At normal incidence the obliquity factor O is 1/cos θo.
     The tolerance is 1e-6 of the largest value, the order of magnitude of the window's tails beyond the summed orders.
     """
+    # The last of `limits` is the converged sum of the whole series.
     power = abs(found.limits[-1]) ** 2
     brightest = np.argsort(np.nan_to_num(power))[-COMPARED_DIRECTIONS:]
     queries, expected = [], []

@@ -1,7 +1,7 @@
 """BRDF maps as panels of a sheet: drawn by `sunbeam brdf-map`, compared with a reference map, and captioned.
 
 A *map* shows the BRDF over outgoing directions for one direction of the light. Its pixels are direction sines (x, y) in
-[−1, 1]², +y up. Those with x² + y² < 1, the disc, are outgoing directions. An *inset* is an enlarged rectangle of it.
+[−1, 1]², +y up. Those with x² + y² < 1, the disc, are outgoing directions. An *inset* enlarges a rectangle of the map.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Box(NamedTuple):
 
 
 class DrawnMap(NamedTuple):
-    """The EXR of a map, with linear values, and the exposure of the PNG beside it, as a factor."""
+    """The EXR of a map, with linear values, and the factor on them (exposure) in the PNG beside it."""
 
     exr: Path
     exposure: float
@@ -63,7 +63,7 @@ class DrawnMap(NamedTuple):
 class Panel:
     """A map: a surface, the options of a method, and a caption. Light comes from the side of +x, at `theta_i_deg`.
 
-    With a `box` the map has `fine` times the pixels of a panel along each side, and an inset shows the box. The
+    With a `box` the map has `fine` (odd) times the pixels of a panel along each side, and an inset shows the box. The
     reference map is of the surface, or of `reference_surface` if given; it determines the exposure unless `exposure`, a
     factor, is given. A map that is not `compared` gets no errors. Its reference serves the exposure alone and is at
     normal incidence, so maps at several angles have one exposure.
@@ -142,7 +142,7 @@ class Maps:
         return self.drawn(panel.reference_words())
 
     def error(self, panel: Panel) -> dict:
-        """Errors against the reference map: CIEDE2000 and FLIP over the disc, and CIEDE2000 where `lit`."""
+        """Errors against the reference map over the disc, and the mean CIEDE2000 where `lit`; p99 is a percentile."""
         found = self.compare(panel, disc(panel.size))
         return {
             "delta_e_mean": found["delta_e_2000"]["mean"],
@@ -185,7 +185,7 @@ def short(delta_e: float) -> str:
 
 
 def picture_of(panel: Panel, png: Path) -> Image.Image:
-    """The displayed map `png` at the size of a panel, with the colour of the paper outside the disc, and its inset."""
+    """The displayed map `png` at the size of a panel, with its inset, and the colour of the paper outside the disc."""
     pixels = np.array(Image.open(png).convert("RGB"))
     size = len(pixels)
     pixels[~disc(size)] = PAPER

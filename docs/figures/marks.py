@@ -25,7 +25,7 @@ CONE_SIDE, CONE_BASE, CONE_RIM = (140, 140, 140), (190, 190, 190), (20, 20, 20)
 def project(view: View, point_cm) -> tuple[float, float]:
     """Position of a point of the scene in the picture, (x, y) in pixels from the upper left corner.
 
-    The view must not be along z, which is up in the picture.
+    The point must be before the camera, and the view not along z, which is up in the picture.
     """
     origin = np.array(view.origin_cm, dtype=float)
     forward = np.array(view.target_cm) - origin
@@ -78,14 +78,14 @@ def light_cone(picture: Image.Image, view: View, light: Light, apex_cm) -> None:
     The base is drawn over the side, as if it faced the camera.
     """
     to_sun = light.to_sun()
-    # `across` and `up` are perpendicular unit vectors in the plane of the base.
+    # Perpendicular unit vectors in the plane of the base.
     across = np.cross(to_sun, [0, 0, 1])
     across /= np.linalg.norm(across)
-    up = np.cross(to_sun, across)
+    down = np.cross(to_sun, across)
     # The base is a polygon with 48 corners.
     turns = np.linspace(0, 2 * np.pi, 48, endpoint=False)
     centre = np.array(apex_cm) + CONE_CM * to_sun
-    base = [centre + CONE_RADIUS_CM * (np.cos(turn) * across + np.sin(turn) * up) for turn in turns]
+    base = [centre + CONE_RADIUS_CM * (np.cos(turn) * across + np.sin(turn) * down) for turn in turns]
     tip = project(view, apex_cm)
     rim = [project(view, point) for point in base]
     draw = ImageDraw.Draw(picture)

@@ -1,9 +1,9 @@
 """Part `validity` of the documentation (page.py): errors of scalar diffraction for gratings, by Maxwell's equations.
 
-A *model* is scalar diffraction with a choice of obliquity factor, with or without energy conservation. Its *misplaced*
-power is the fraction of the light that it puts into wrong orders (validity_sweeps.py). A *reach* is a largest angle of
-incidence, on either side. In TE and TM the electric and the magnetic field is along the grooves. Lengths without a unit
-in their name are in µm.
+A *model* is scalar diffraction with an obliquity factor, `stam` or `unit`, with or without energy conservation
+(`STAM_LIMITED` is `stam` with it). Its *misplaced* power is the fraction of the light that it puts into wrong orders
+(validity_sweeps.py). A *reach* is a largest angle of incidence, on either side. In TE and TM the electric and the
+magnetic field is along the grooves. Lengths without a unit in their name are in µm.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ from .validity_proof import proof
 from .validity_sweeps import angles_of, compared, mean_error, mean_sum, sawtooth, sinusoid
 
 PART = "validity"
-# Gratings of the table and of the overall means: kind, slope in degrees or `None`, and grating.
+# Gratings of the table and of the overall means: kind, slope in degrees or `None`, and grating. The slope is the
+# largest of a sinusoid, or that of a sawtooth's facets.
 CASES = (
     *(("sinusoid", slope, sinusoid(2.5, slope)) for slope in (5.0, 10.0, 20.0, 45.0)),
     *(("sawtooth", facet, sawtooth(2.5, facet)) for facet in (3.0, 5.71, 10.0)),
@@ -56,7 +57,7 @@ COHERENCE_LENGTHS_UM = (65.0, 400.0, 4000.0)
 def row(kind: str, slope: float | None, grating: Grating) -> dict:
     """A row of the table: misplaced power of each model, and the `sum` of its orders' powers, by angle of incidence.
 
-    `misplaced_te` and `misplaced_tm` are those of `stam` with energy conservation in each polarisation.
+    `misplaced_te` and `misplaced_tm` are those of `STAM_LIMITED` in each polarisation.
     """
     angles_deg = angles_of(grating)
     return {
@@ -106,11 +107,11 @@ def all_sweeps() -> dict:
 
 
 def limits(swept: dict, falling: bool = False) -> dict:
-    """For each model and each of REACHES_DEG the end of the range of values with errors of at most BOUND.
+    """For each model and each of REACHES_DEG the end of the range of values with a misplaced power of at most BOUND.
 
     The range begins at the smallest value. With `falling` it begins at the largest, since models hold for long periods.
-    An error is the largest over the angles of a reach. The result of `crossing` is `None` if the bound is exceeded at
-    the beginning of the range.
+    The misplaced power is the largest over the angles of a reach. The end is `None` if BOUND is exceeded at the
+    beginning of the range, and the last value if it is never exceeded (`crossing`).
     """
     found = {}
     for model in MODELS:
@@ -142,12 +143,13 @@ def model_checks() -> dict:
 
 
 def sums_with_energy_conservation() -> list[dict]:
-    """Sums over the orders of a shallow sinusoid, by the model with energy conservation.
+    """Sums over the orders of a shallow sinusoid, by `STAM_LIMITED`.
 
     A row for each coherence length lists sums by angle of incidence, as means over the wavelengths. Exact sums are 1.
     """
     # Period and height in µm.
     grating = Grating("sinusoidal", 1.6, 0.1)
+    # Angle by angle, as the sums are averaged.
     lights = [Light(wavelength, angle) for angle in sweeps.ANGLES_DEG for wavelength in sweeps.WAVELENGTHS_NM]
     rows = []
     for length_um in COHERENCE_LENGTHS_UM:

@@ -42,6 +42,7 @@ def check(case: Case, files: SnakeFiles, lights: Iterable[Light], view: View, fo
         exr = folder / f"points-{case.name}-{number}-flss.exr"
         report = realtime.render(exr, "flss", files.mesh, skin, light, view)
         gpu = np.array(mi.Bitmap(str(exr)), dtype=np.float64)
+        # Both renderers sum over the same wavelengths.
         quadrature = Quadrature.of_report(report)
 
         start = time.perf_counter()
@@ -67,8 +68,8 @@ def compared(
 
     Pictures are linear sRGB, (height, width, 3). `mitsuba` is `evaluate(bsdf, hits)`, which also evaluates the negative
     controls: mirrored points ("sign of u", where u is the x component of wi + wo) and a relief rotated by
-    CONTROL_ROTATION_DEG ("rotated"). `lit` and `compared` are numbers of pixels. The other entries are the figures of
-    `Agreement`.
+    CONTROL_ROTATION_DEG ("rotated"). `lit` and `compared` are numbers of pixels; compared pixels are lit and away from
+    edges (`Points.inside`). The other entries are the figures of `Agreement`.
     """
     controls = {"sign of u": evaluate(bsdf, points.mirrored(hits, case.skin.get("rotation", 0.0)))}
     with turned(bsdf, CONTROL_ROTATION_DEG):

@@ -163,6 +163,7 @@ fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f6
 /// Estimated number of products of a [`Term`] and a ray, over all rings: directions times values of w times steps. The
 /// steps are those over the radial frequency ρ = r/λ from the longest to the shortest visible wavelength ([`Path`]).
 fn cost(plan: &Rings, sigma_per_um: f64) -> f64 {
+    // Difference of 1/λ between the shortest and the longest wavelength.
     let visible_per_um = 1.0 / VISIBLE_UM.0 - 1.0 / VISIBLE_UM.1;
     plan.rings
         .iter()
@@ -212,7 +213,7 @@ fn fit_rings(
                     samples
                 })
                 .collect();
-            // Index in a batch of each ring's first sample.
+            // Index in a batch of each ring's first sample, of three channels for each w.
             let mut next = 0;
             let mut starts = Vec::with_capacity(group.len());
             for ring in group {
@@ -247,6 +248,7 @@ fn assemble(plan: &Rings, fitted: &[FittedRing]) -> (ColourLayout, Vec<u32>) {
         .par_iter()
         .map(|ring| ring.coefficients.iter().fold(0f32, |a, b| a.max(b.abs())))
         .reduce(|| 0.0, f32::max);
+    // Offset of the packed exponents, for which the largest coefficient fits (`pack.rs`).
     let exponent_offset = exponent_offset(largest);
     let count = plan.rings.len();
     let padding_max = 3;

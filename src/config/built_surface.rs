@@ -1,4 +1,5 @@
-//! The surface that a configuration builds, by either theory, with the interface's factor included in its values.
+//! The surface that a configuration builds, by either theory. Its values include the interface's factor: the Fresnel
+//! reflectance, or the small-slope factor ([`Pair::interface`]).
 
 use crate::cache::Origin;
 use crate::grating::{GratingReport, GratingSurface};
@@ -29,10 +30,10 @@ pub struct BuiltSurface {
 /// Tables of a surface by one of the theories.
 enum Tables {
     /// A phase screen, whose values leave the interface's factor out, and the index of the material for this factor,
-    /// relative to the cover's. `None` reflects everything. Values of a transparent body include the factor.
+    /// relative to the cover's. `None` reflects everything. Values of a body that transmits include the factor.
     Scalar(Box<Surface>, Option<ComplexIndex>),
-    /// A grating by Maxwell's equations, whose values include the material. Other surfaces of this process may share
-    /// it.
+    /// A grating by Maxwell's equations, whose values include the material, and whether it came from the cache. Other
+    /// surfaces of this process may share it.
     Rigorous(Arc<(GratingSurface, Origin)>),
 }
 
@@ -46,7 +47,8 @@ pub enum BuiltReport<'a> {
 }
 
 impl BuiltSurface {
-    /// The surface of a phase screen. `index` is the material's, relative to the cover's; transparent bodies ignore it.
+    /// The surface of a phase screen. `index` is the material's, relative to the cover's; bodies that transmit ignore
+    /// it.
     pub(super) fn scalar(surface: Surface, index: Option<ComplexIndex>, cover: Option<Cover>) -> Self {
         Self { tables: Tables::Scalar(Box::new(surface), index), cover }
     }

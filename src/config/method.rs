@@ -57,6 +57,7 @@ impl SurfaceConfig {
     ) -> Result<Box<dyn Method>, BuildError> {
         match (self.theory, kind) {
             (Theory::Scalar, _) => {
+                // The relief is magnified by the index of the cover or the film, for directions inside it.
                 let (field, surface_options) = (self.height_field_inside()?, self.options_for(index));
                 Ok(methods::build_watched(kind, &field, &surface_options, options, progress)?)
             }

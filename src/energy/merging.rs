@@ -1,7 +1,8 @@
 //! Gaussians of the nodes of a spectral table, and fewer Gaussians in place of many.
 //!
-//! The fast integral of the albedo (`integral.rs`) takes narrow nodes one by one if they are few. Of many nodes, the
-//! weaker ones are merged in squares of frequencies. A node's *record* in the table gives its power by phase rate.
+//! The fast integral of the albedo (`integral.rs`) takes nodes whose Gaussians are narrow over the hemisphere one by
+//! one if they are few. Of many nodes, the weaker ones are merged in squares of frequencies. A node's *record* in the
+//! table gives its power by phase rate.
 
 use super::node_gaussian::NodeGaussian;
 use crate::table::{LatticeAxis, NodeCurve, SpectralTable};
@@ -17,8 +18,8 @@ const STRONGEST: usize = 16;
 /// ones keep more of the nodes' frequencies.
 const MERGED_SIDE_PER_UM: f64 = 0.14;
 
-/// Whether the table has a cutoff along an axis, the largest frequency that the pixels resolve. The nodes along such an
-/// axis sample a continuous spectrum, whereas nodes without a cutoff are orders.
+/// Whether the table has a cutoff, the largest frequency that the pixels resolve, along one of its axes. The nodes
+/// along such an axis sample a continuous spectrum, whereas nodes without a cutoff are orders.
 pub(super) fn is_limited(table: &SpectralTable) -> bool {
     table.lattice().x.cutoff.is_finite() || table.lattice().y.cutoff.is_finite()
 }
@@ -37,14 +38,15 @@ pub(super) fn node_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     .collect()
 }
 
-/// One Gaussian for each of the [`STRONGEST`] nodes, and one for all other nodes of each square of frequencies. At most
-/// [`SEPARATE_MAX`] nodes of a table without a cutoff all stay separate.
+/// One Gaussian for each of the [`STRONGEST`] nodes, and one for all other nodes of each square of frequencies. In a
+/// table without a cutoff and with at most [`SEPARATE_MAX`] nodes, all stay separate.
 pub(super) fn merged_gaussians(table: &SpectralTable) -> Vec<NodeGaussian<'_>> {
     let mut gaussians = node_gaussians(table);
     if gaussians.len() <= SEPARATE_MAX && !is_limited(table) {
         return gaussians;
     }
-    // A node's strength is the sum of its powers at five phase rates, chosen evenly over the table's range.
+    // A node's strength is the sum of its powers at five phase rates, chosen evenly over the table's range. Splines of
+    // weak powers may be negative.
     let curves = [0.1, 0.3, 0.5, 0.7, 0.9].map(|fraction| NodeCurve::new(table, fraction * table.kappa_max()));
     let strength = |node: &NodeGaussian| curves.iter().map(|curve| curve.power(&node.record).abs()).sum::<f64>();
     // Integers as keys, since floats have no total order. Strengths are of order one or less.

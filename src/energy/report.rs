@@ -17,7 +17,8 @@ const LARGEST_BELOW_DEG: f64 = 85.0;
 /// Numbers of four lanes: quadrature nodes side by side.
 type Real4 = <Lanes<'static> as Numbers>::Real;
 
-/// Albedos before and after division by an [`AlbedoTable`], at relative size 1 and without the Fresnel reflectance.
+/// Albedos before and after division by an [`AlbedoTable`], at the relief's own size and without the Fresnel
+/// reflectance.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct AlbedoReport {
     /// Largest albedo before division, over incident directions below 85°.
@@ -59,6 +60,7 @@ impl AlbedoReport {
     pub(super) fn new(integral: &AlbedoIntegral, table: &AlbedoTable, progress: &Progress) -> Self {
         let view = AlbedoView::<Lanes> { layout: table.layout, words: &table.words };
         let grid = Grid { cells: table.layout.cells / 2 };
+        // The table has at least two planes, so these are at least two, too.
         let planes = table.layout.planes as usize / 2 + 1;
         let spacing_nm = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / (planes - 1) as f64;
         let is_mirrored = integral.is_mirrored();
@@ -68,18 +70,20 @@ impl AlbedoReport {
             // Nodes are numbered `[plane][y][x]`.
             let (plane, node) = (i / grid.in_plane(), i % grid.in_plane());
             let (wi, radius) = grid.direction(grid.position(node));
-            // Number of nodes for which this node counts. Of two mirrored nodes with equal albedos, the first counts
-            // for both.
+            // Number of nodes for which this node counts. Of two nodes mirrored at the x axis with equal albedos, the
+            // first counts for both.
             let count = match node.cmp(&grid.mirrored(node)) {
                 Ordering::Less if is_mirrored => 2.0,
                 Ordering::Greater if is_mirrored => 0.0,
                 _ => 1.0,
             };
+            // Nodes from the disc's rim on are at or beyond the horizon.
             if count == 0.0 || radius >= 1.0 {
                 return Sums::default();
             }
             let nm = WAVELENGTH_MIN_NM + plane as f64 * spacing_nm;
             let (place, reading) = (view.place(wi.map(Real4::lit)), Reading::at(Real4::lit(nm)));
+            // `part` is the part of the albedo at the quadrature nodes wo.
             let (mut before, mut after) = (Real4::lit(0.0), Real4::lit(0.0));
             integral.visit::<Lanes>(wi, nm, None, |wo, part| {
                 before += part;

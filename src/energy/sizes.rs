@@ -32,11 +32,12 @@ impl SizeAxes {
     ///
     /// `planes_of_one_size` is the number of planes that a relief of one size has over the tables' range of
     /// wavelengths. `phase_max` is the phase in radians between the relief's lowest and highest point, per unit of
-    /// `w = cosθi + cosθo`, at the smallest λ". `slab_phase` is the largest change of this phase between two slabs.
+    /// `w = cosθi + cosθo`, at the shortest λ and the relief's own depth. `slab_phase` is the largest change of this
+    /// phase between two slabs.
     pub(super) fn covering(sizes: &SizeRange, planes_of_one_size: u32, phase_max: f64, slab_phase: f64) -> (u32, Self) {
         let shortest_nm = WAVELENGTH_MIN_NM / sizes.scale[1];
-        // In proportion to the range of log λ', and odd, so that every other plane belongs to the coarse grid of the
-        // build.
+        // In proportion to the range of log λ', which `wavelength_ranges` gives relative to that of log λ. The number
+        // is odd, so that every other plane belongs to the coarse grid of the build.
         let planes = 2 * (0.5 * f64::from(planes_of_one_size - 1) * sizes.wavelength_ranges()).ceil() as u32 + 1;
         let octaves = sizes.wavelength_ranges() * (WAVELENGTH_MAX_NM / WAVELENGTH_MIN_NM).log2();
         let wavenumbers = sizes.wavenumbers();
@@ -87,15 +88,15 @@ pub(super) fn build(
     let (planes, axes) = SizeAxes::covering(sizes, planes_of_one_size, integral.phase_max(), slab_phase);
     // With sizes, a look-up does not read the two numbers that are 0.
     let layout = AlbedoLayout { cells, planes, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: Some(axes) };
-    // Distance to the next plane, relative to a plane's wavelength.
+    // Distance in λ' to the next plane, relative to a plane's λ'.
     let growth = (1.0 / f64::from(axes.planes_per_octave)).exp2() - 1.0;
     let group = |at: f64| {
         let nm = axes.plane_nm(at);
         // A group of one wavelength, with weight 1 in its one plane.
         Group { wavelengths: vec![(nm, [1.0])], spacing_nm: growth * nm }
     };
-    // Orders of gratings keep their width. In units of the resized pattern they are narrowest at the smallest scale,
-    // where albedos are largest.
+    // Orders of gratings keep their width when the pattern is resized. In units of the resized pattern they are
+    // narrowest at the smallest scale, where albedos are largest.
     integral.scale_widths(sizes.scale[0]);
     // `[slab][wavelength][y][x]`. The nodes take the fraction `NODES_DONE` of the progress.
     let mut words = Vec::new();

@@ -19,8 +19,8 @@ fn chebyshev_angle(k: usize, count: usize) -> f64 {
     PI * (k as f64 + 0.5) / count as f64
 }
 
-/// Nodes `[i, k]` with `k ≤ i < count`, row by row: those on one side of a cell's diagonal, and on it. The other side
-/// follows by reciprocity.
+/// Nodes `[i, k]` with `k ≤ i < count`, row by row: those on one side of the diagonal p = q of a cell, and on it. The
+/// other side follows by reciprocity.
 pub(super) fn triangle_nodes(count: usize) -> Vec<[usize; 2]> {
     (0..count).flat_map(|i| (0..=i).map(move |k| [i, k])).collect()
 }
@@ -45,8 +45,8 @@ pub(super) fn coefficient_matrix(count: usize) -> Vec<Vec<f64>> {
     })
 }
 
-/// Interpolation matrix from `solved` Chebyshev nodes to the `stored` nodes of a table, which have equal steps in
-/// [`node_coordinate`](super::cell_position::node_coordinate): `[stored node][solved node]`.
+/// Interpolation matrix from `solved` Chebyshev nodes to the `stored` nodes of a table, at least two, which have equal
+/// steps in [`node_coordinate`](super::cell_position::node_coordinate): `[stored node][solved node]`.
 pub(super) fn resampling_matrix(solved: usize, stored: usize) -> Vec<Vec<f64>> {
     matrix_of(stored, solved, |g, k| {
         let fraction = fraction_at(g as f64 / (stored - 1) as f64);

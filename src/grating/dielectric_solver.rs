@@ -53,6 +53,7 @@ pub(super) fn solve_balanced(
     largest_cosine: f64,
     solve_after: impl Fn(usize) -> Result<Scattering, GratingError>,
 ) -> Result<Scattering, GratingError> {
+    // With a formal cosine above 1, ky is imaginary.
     let is_continuation = largest_cosine > 1.0;
     // Values of the last attempt, for the error.
     let (mut nodes, mut balance) = (0, f64::INFINITY);

@@ -88,7 +88,7 @@ fn interpolation_error(
             let (at_nodes, exact) = (&solved[..weights.len()], &solved[weights.len()]);
             let interpolated =
                 |i: usize| weights.iter().zip(at_nodes).map(|(weight, row)| weight * row[i]).sum::<f64>();
-            // The mean over the pairs of orders at this point.
+            // The mean over the pairs of incident and outgoing orders at this point.
             let squares = (0..exact.len()).map(|i| (interpolated(i) - exact[i]).powi(2)).sum::<f64>();
             Ok(squares / exact.len().max(1) as f64)
         })
@@ -113,13 +113,13 @@ pub(super) fn table_wavelengths(period_um: f64, step_nm: Option<f64>) -> (Vec<f6
     (nm, cells)
 }
 
-/// Number of wavelengths, from the shortest on, that have a given cell. `cell_counts` has the numbers of cells that
-/// [`table_wavelengths`] returns.
+/// Number of wavelengths, from the shortest on, that have the cell of index `cell`. `cell_counts` has the numbers of
+/// cells that [`table_wavelengths`] returns.
 pub(super) fn wavelengths_with_cell(cell: usize, cell_counts: &[usize]) -> usize {
     cell_counts.iter().rposition(|&count| cell < count).map_or(0, |last| last + 1)
 }
 
-/// All wavelengths in nm that are solved in at least one cell, ascending.
+/// All wavelengths in nm that are solved in at least one cell, ascending; without a `spacing`, the ends of the range.
 pub(super) fn all_solved(period_um: f64, spacing: Option<Spacing>) -> Vec<f64> {
     let (nm, cell_counts) = table_wavelengths(period_um, spacing.map(|spacing| spacing.step_nm));
     let every = spacing.map_or(1, |spacing| spacing.solved_every);

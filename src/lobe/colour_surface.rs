@@ -115,9 +115,9 @@ impl ColourSurface {
             resolution: 1.0,
             build_limit: options.build_limit,
         };
-        let ratio = |nm: f64, cos: f64| reflectance_ratio(index, reference, nm, cos);
+        let ratio_at = |nm: f64, cos: f64| reflectance_ratio(index, reference, nm, cos);
         let (table, spectral) =
-            ColourTable::build_reflecting(field, &table_options, &ratio, &progress.part(0.0, TABLE_DONE))?;
+            ColourTable::build_reflecting(field, &table_options, &ratio_at, &progress.part(0.0, TABLE_DONE))?;
         let table_seconds = start.elapsed().as_secs_f64();
         let (albedo_progress, sampler_progress) = progress.part(TABLE_DONE, 1.0).halves();
         let Albedos { bands: albedo, by_wavelength: albedo_by_wavelength } =
@@ -126,8 +126,8 @@ impl ColourSurface {
         drop(spectral);
         // Only for a resized relief is the table read at another half vector than that of the directions, which
         // `BandRatio` corrects. Only an index that varies over wavelengths has a ratio other than 1.
-        let band_ratio = match (index, options.sizes) {
-            (Some(SpectralIndex::Sampled(_)), Some(_)) => Some(BandRatio::new(&BandRatio::band_weights()?, ratio)),
+        let ratio = match (index, options.sizes) {
+            (Some(SpectralIndex::Sampled(_)), Some(_)) => Some(BandRatio::new(&BandRatio::band_weights()?, ratio_at)),
             _ => None,
         };
         sampler_progress.report(0.0);
@@ -143,7 +143,7 @@ impl ColourSurface {
         };
         progress.report(1.0);
         let options = options.clone();
-        Ok(Self { options, reference, table, sampler, albedo, albedo_by_wavelength, ratio: band_ratio, report })
+        Ok(Self { options, reference, table, sampler, albedo, albedo_by_wavelength, ratio, report })
     }
 
     /// Options that the surface was built with.
@@ -331,8 +331,8 @@ fn reflectance_ratio(
     }
 }
 
-/// Reference of a spectral index: its value at the visible wavelength of largest reflectance at normal incidence. R/R0
-/// is then at most 1 at normal incidence.
+/// Reference of a spectral index: its value at the wavelength of largest reflectance at normal incidence, among those
+/// of [`REFERENCE_NM`]. At these R/R0 is then at most 1 at normal incidence.
 fn reference_index(index: &SpectralIndex) -> ComplexIndex {
     let at_normal = |index: &ComplexIndex| fresnel_unpolarised(1.0, *index);
     let first = index.at(f64::from(REFERENCE_NM.0));

@@ -1,6 +1,6 @@
-// Scattering function of a film: the colour table of the magnified relief times the factor of transparent.wgsl, divided
-// by the albedo where energy is conserved; compiled after transparent.wgsl and albedo_grid.wgsl. Counterpart of
-// `TransmissiveColourLobe` in src/lobe/transmissive.rs, with the same arithmetic.
+// Scattering function of a film of the refractive index n: the colour table of the relief magnified n times, times the
+// factor of transparent.wgsl, divided by the albedo where energy is conserved. Compiled after transparent.wgsl and
+// albedo_grid.wgsl. Counterpart of `TransmissiveColourLobe` in src/lobe/transmissive.rs, with the same arithmetic.
 //
 // Let A be the larger of 1 and the albedo for a direction at the angle θ from the normal and a wavelength. The albedo
 // of a film is the fraction of the light that it reflects or transmits. A colour channel takes the mean of A over
@@ -8,8 +8,8 @@
 //
 // `albedos` holds (A - 1)·cos²θ on the grid of albedo_grid.wgsl, in planes of wavelength. It has four words for each
 // [side of the film][gap between planes][cell], with two corners of the cell in each word: those of the lower y and of
-// the upper y on the lower plane, then those on the upper plane. Directions of the second side are those of the wave in
-// the film's medium. table.wgsl declares the uniform struct `table`.
+// the upper y on the lower plane, then those on the upper plane (`in_cell`). Directions of the second side are those of
+// the wave in the film's medium. table.wgsl declares the uniform struct `table`.
 
 // Place of a direction in the table, on the lowest gap. The first side is that of directions above the relief, the
 // second that of directions below.
@@ -17,7 +17,7 @@ fn place_at_body(w: vec3<f32>) -> GridPlace {
     let n = table.body_eta;
     let cells = table.albedo_cells;
     let is_below = w.z < 0.0;
-    // The direction within the medium on its side, pointing upwards: air above, the film below.
+    // The direction within the medium on its side, pointing upwards: air above, the film below (Snell's law).
     let below = vec3<f32>(w.xy / n, sqrt(w.z * w.z + (n - 1.0) * (n + 1.0)) / n);
     var at = place(select(w, below, is_below));
     at.cell += select(0u, (table.albedo_planes - 1u) * cells * cells, is_below);
@@ -44,8 +44,8 @@ fn band_excess(at: GridPlace) -> vec3<f32> {
     return max(mean, vec3<f32>(0.0));
 }
 
-// The scattering function of light from wi to wo, linear sRGB in 1/sr. Zero unless `answer_part` is 0, like
-// `relief_rgb`.
+// The scattering function of light from wi to wo, linear sRGB in 1/sr. Like `relief_rgb`, it is zero unless
+// `answer_part` is 0 (common.wgsl).
 fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let pair = pair_at_body(wave_at_body(wi), wave_at_body(wo));
     let undivided = pair.factor * relief_rgb(pair.q);

@@ -6,7 +6,7 @@
 //! P_j(κ), f_j                           power and frequency of node j
 //! G(f; k) = (|f|² + k²)²/k²             for Stam's obliquity factor O, where λ²G = 4 O cosθi cosθo
 //! G = 1                                 for other obliquity factors
-//! M_jb = mean of P_j(κ)·G(f_j; κ/2π) over band b     mass of node j, for BANDS uniform bands of κ
+//! M_jb = mean of P_j(κ)·G(f_j; κ/2π) over band b     mass of node j, for BANDS = 4 uniform bands of κ
 //! M_j  = (1 − t) M_jb + t M_j(b+1)      mass at a typical κ of the incidence, at the fraction t from the centre of
 //!                                       band b to that of band b + 1
 //! ```
@@ -25,7 +25,9 @@
 //! sample draws a node and the offset of one tent.
 //!
 //! In the evaluator, masses are whole *counts* times a unit of mass per band (`summed_area`). Results are zero where
-//! the mask `active` is false.
+//! the mask `active` is false. A *reach* is a bound: of a [`LatticeAxis`] on node numbers, of a [`SquareAxis`] on
+//! offsets in nodes, and of [`SquareLayout`] and [`Passage`] on outgoing direction cosines. A [`Passage`] has the
+//! incident wave vector, a [`Reading`] the wavelengths for f and for κ.
 
 use super::node_power;
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
@@ -304,7 +306,8 @@ impl<N: Numbers> SquareView<N> {
             (cosine * wavenumber).fma(lit(axis.period_um), lit(f64::from(axis.origin) + side * axis.reach))
         };
         let rectangle = self.areas().rectangle([0, 1].map(|i| edge(i, -1.0)), [0, 1].map(|i| edge(i, 1.0)));
-        // w = cosθi + cosθo at the typical outgoing cosine, TYPICAL_COS_GRAZING + TYPICAL_COS_SLOPE·cosθi.
+        // Reflection by a surface: w = cosθi + cosθo at the typical outgoing cosine, TYPICAL_COS_GRAZING +
+        // TYPICAL_COS_SLOPE·cosθi. A body that transmits gives its own w.
         let estimated_w = || passage.normal.fma(lit(1.0 + TYPICAL_COS_SLOPE), lit(TYPICAL_COS_GRAZING));
         let w = passage.typical_normal.unwrap_or_else(estimated_w);
         // The wavelength for κ differs from that for frequencies where heights are resized.
@@ -347,7 +350,7 @@ impl<N: Numbers> Incidence<N> {
     fn mixed_bands(&self, counts: [N::Real; BANDS], unit: [f32; BANDS]) -> [N::Real; 2] {
         let lit = N::Real::lit;
         let [a, b, c, d] = std::array::from_fn(|i| counts[i] * lit(f64::from(unit[i])));
-        // The lower band is 0, 1 or 2.
+        // Of four bands the lower one is 0, 1 or 2.
         let (is_first, is_at_most_second) = (self.band.lt(N::Index::lit(1)), self.band.lt(N::Index::lit(2)));
         let pick = |a, b, c| N::Real::select(is_first, a, N::Real::select(is_at_most_second, b, c));
         [pick(a, b, c) * (lit(1.0) - self.upper_fraction), pick(b, c, d) * self.upper_fraction]

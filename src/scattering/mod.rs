@@ -14,6 +14,7 @@
 //! | `passage.rs` | wave vectors of incident and scattered light, for samplers |
 //! | `options.rs` | parameters of the model |
 //! | `map.rs` | directions of the pixels of a hemispherical map |
+//! | `perturbation.rs` | fields of a shallow relief to first order in its height, for tests |
 
 mod body_order;
 mod cover;

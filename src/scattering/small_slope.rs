@@ -9,7 +9,7 @@
 //! φ          azimuth from the tangential direction of the arriving light (−wi) to that of the leaving light (wo)
 //! ε          squared index (eta + i·k)², here with `ComplexIndex::k`, called `absorption` in code
 //! t0, t      normal components in the medium, √(ε − k0²) and √(ε − k²)
-//! s, p       denominators of the polarisation states s and p, s = q + t and p = εq + t; s0 and p0 alike with q0 and t0
+//! s, p       polarisation states, and in B their denominators s = q + t and p = εq + t; s0 and p0 alike with q0 and t0
 //!
 //! B_ss = −(ε − 1) cosφ/(s s0)          B_sp = (ε − 1) t0 sinφ/(s p0)
 //! B_ps = (ε − 1) t sinφ/(p s0)         B_pp = (ε − 1) (t t0 cosφ − ε k k0)/(p p0)
@@ -29,8 +29,8 @@ use super::{ComplexIndex, Vec3};
 use crate::numeric::Real;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Smallest product of the sines, or of tangential lengths, by which the azimuth's cosine is divided. Chosen: nearer to
-/// the normal the azimuth is lost to rounding and does not matter.
+/// Smallest product of the two sines, or of tangential lengths, that is the divisor of the azimuth's cosine. Chosen:
+/// nearer to the normal the azimuth is lost to rounding and does not matter.
 pub(crate) const SINES_MIN: f64 = 1e-6;
 /// Smallest squared modulus by which anything is divided. Chosen so that products of two reciprocals stay finite in
 /// single precision.
@@ -39,8 +39,8 @@ pub(super) const SQUARED_MODULUS_MIN: f64 = 1e-18;
 /// Amplitudes between the linear states s and p, as square roots of power. The first letter is the outgoing state, the
 /// second the incident state.
 ///
-/// `s = z × k` and `p = k × s`, with `k` the direction of travel. The time dependence is `exp(−iωt)`, so an absorbing
-/// index is `eta + ik`.
+/// The states' unit vectors are `s ∝ z × d` and `p = d × s`, with the direction of travel `d`. The time dependence is
+/// `exp(−iωt)`, so an absorbing index is `eta + ik`.
 ///
 /// ```
 /// use sunbeam::scattering::{ComplexIndex, fresnel_unpolarised, small_slope_amplitudes};

@@ -69,8 +69,8 @@ pub struct Spectrum {
     norm: f64,
     /// Numbers of pixels along x and y of the grid on which the screen is transformed; padded for an aperiodic scan.
     screen_grid: (usize, usize),
-    /// Kept frequencies of that transform along x and y, for the autocorrelation of the ensemble. For a patch all are
-    /// kept.
+    /// Bins of that transform that are kept along x and y, and their weights, for the autocorrelation of the ensemble
+    /// (`band.rs`). For a patch all are kept.
     bands: [Band; 2],
     /// Source pixel and weight of each lattice pixel in FFT order, along x and y; see [`axis_weights`].
     weights: [Vec<(usize, f64)>; 2],
@@ -93,7 +93,7 @@ impl Spectrum {
         let band_tolerance = interpolation_tolerance(model, tiling, tolerance);
         let band = |axis, lags, pixel_um| Band::new(axis, lags, pixel_um, band_tolerance);
         let bands = [band(&lattice.x, screen_grid.0, pixel_um.0), band(&lattice.y, screen_grid.1, pixel_um.1)];
-        // Grid of the band-limited autocorrelation, or of a patch's data.
+        // Grid of the band-limited autocorrelation, which has as many pixels as kept bins, or of a patch's data.
         let (data_x, data_y) = (bands[0].weights.len(), bands[1].weights.len());
         let s_um = window.sigma_um();
         Self {
@@ -298,6 +298,7 @@ fn axis_weights(axis: &LatticeAxis, size: usize, aperiodic: bool) -> Vec<(usize,
     (0..n)
         .map(|i| {
             let offset = if 2 * i > n { i - n } else { i };
+            // Within half the data's period of the origin.
             let inside = !aperiodic || 2 * offset.unsigned_abs() as usize <= size;
             let weight = if inside { axis.window(offset as f64 * pixel_um) } else { 0.0 };
             (offset.rem_euclid(size as i64) as usize, weight)

@@ -63,6 +63,7 @@ mod tests {
         assert!(found.ssk.unwrap().abs() < 1e-12 && (found.sku.unwrap() - 1.5).abs() < 1e-12, "{found:?}");
         assert!((found.sz_um - 2.0 * amplitude).abs() < 1e-12);
         let slope = TAU * amplitude / (0.001 * n as f64) / 2f64.sqrt();
+        // The step from the last pixel to the first, 1/n of all, is left out.
         assert!((found.sdq / slope - 1.0).abs() < 1e-3, "{found:?}");
     }
 

@@ -25,7 +25,7 @@ pub(super) fn blazed(period_um: f64, height_um: f64) -> Result<HeightField, Heig
     grating(period_um, height_um, |fraction| fraction)
 }
 
-/// `height_um/2 · (1 + sin(2πx/period_um))`.
+/// `height_um/2 · (1 + sin(2πx/period_um))`, with the sine of libm, which is equal on every machine.
 pub(super) fn sinusoidal(period_um: f64, height_um: f64) -> Result<HeightField, HeightFieldError> {
     grating(period_um, height_um, |fraction| 0.5 * (1.0 + libm::sin(TAU * fraction)))
 }

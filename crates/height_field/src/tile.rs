@@ -15,9 +15,10 @@ use std::f64::consts::PI;
 /// Fraction of each axis that is blended if no width is given. A wider strip changes more of the relief; a narrower one
 /// makes steeper transitions.
 const BLEND_FRACTION: f64 = 0.1;
-/// Number of periods on an axis from which the search for matching edges covers a whole period. The longest length is
-/// the axis without the strip; the search shortens it by up to 1/`PERIODS_MIN`. The strip is at most the same
-/// fraction of the axis. A smaller number may cut off more of the scan; a larger one finds fewer whole periods.
+/// Reciprocal of the largest fraction by which the search for matching edges shortens the longest length, which is the
+/// axis without the strip. The search covers a whole period if that length has `PERIODS_MIN` periods. The strip is at
+/// most the same fraction of the axis. A smaller number may cut off more of the scan; a larger one finds fewer whole
+/// periods.
 const PERIODS_MIN: usize = 3;
 /// Tolerance on the mismatch, as a fraction of the largest mismatch. Lengths whose mismatch exceeds the least by at
 /// most this tolerance are accepted, and the search starts from the longest of them. A larger tolerance keeps more
@@ -55,8 +56,8 @@ pub struct TileReport {
     pub blended_share: f64,
     /// Root mean square change of the blended pixels, in µm.
     pub rms_change_um: f64,
-    /// Root mean square heights before (of the kept part) and after, in µm. Blending edges that do not match lowers
-    /// them.
+    /// Root mean square heights of the kept part before blending, and of the tile, in µm. Blending edges that do not
+    /// match lowers them.
     pub rms_um: [f64; 2],
     /// Seams of the whole field before.
     pub seams_before: Seams,
@@ -74,7 +75,7 @@ impl HeightField {
     ///
     /// Along each axis, x first, the strip of `blend_um` beyond the tile's end is blended over the tile's beginning
     /// with a raised cosine. The end then continues into the beginning. Other heights stay unchanged. Without
-    /// `blend_um`, a tenth of each axis is blended.
+    /// `blend_um`, a tenth of each axis is blended, and at least a pixel.
     ///
     /// The length of the tile is chosen so that both strips match, which is a whole number of periods for a periodic
     /// relief. Lengths from two thirds of the axis (without the strip) on are tried. Of all that match nearly equally

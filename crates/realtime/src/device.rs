@@ -82,8 +82,8 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Opens the best accepted adapter: discrete GPUs before integrated ones, then virtual ones, then software. The
-    /// environment variable `WGPU_BACKEND` restricts the graphics interfaces.
+    /// Opens the best accepted adapter: discrete GPUs before integrated ones, then virtual ones, unknown kinds and
+    /// software. The environment variable `WGPU_BACKEND` restricts the graphics interfaces.
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`], [`GpuError::NoDevice`].

@@ -65,7 +65,8 @@ impl Locate {
         })
     }
 
-    /// The bind group for a scene and a target, in the order of [`GROUP`]. `frame` is the uniform struct of the sample.
+    /// The bind group for a scene and a target, in the order of [`GROUP`]. `frame` is the uniform struct of one sample,
+    /// which has a ray for each pixel.
     pub(crate) fn bind(&self, gpu: &Gpu, frame: &wgpu::Buffer, scene: &Scene, target: &Target) -> wgpu::BindGroup {
         pipeline::bind_resources(
             gpu,
@@ -100,12 +101,12 @@ impl Locate {
         let runs = width.div_ceil(RUN) * height;
         let (sort_ms, ListLengths { skin, bare, .. }) =
             self.submit(gpu, target, bindings, &[(&self.sort, runs)]).await?;
-        let (skin_ms, ListLengths { rest, .. }) =
+        let (bare_and_skin_ms, ListLengths { rest, .. }) =
             self.submit(gpu, target, bindings, &[(&self.bare, bare), (&self.skin, skin)]).await?;
         // Only pixels of `skin` can show the mesh, so only they are chosen from.
-        let (rest_ms, ListLengths { chosen, .. }) =
+        let (rest_and_choose_ms, ListLengths { chosen, .. }) =
             self.submit(gpu, target, bindings, &[(&self.rest, rest), (&self.choose, skin.div_ceil(RUN))]).await?;
-        Ok((sort_ms + skin_ms + rest_ms, chosen))
+        Ok((sort_ms + bare_and_skin_ms + rest_and_choose_ms, chosen))
     }
 
     /// Submits a compute pass that dispatches each pipeline with its number of invocations; returns the time in ms and

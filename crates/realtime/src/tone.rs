@@ -62,7 +62,7 @@ impl TonePass {
         shown: &wgpu::TextureView,
         stops: f64,
     ) {
-        // The members `gain` and `width`, then padding.
+        // The members `gain` (f32, by its bits) and `width` (u32), then padding.
         let gain = stops.exp2() as f32;
         let uniform = [gain.to_bits(), width, 0, 0];
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));

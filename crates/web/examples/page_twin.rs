@@ -82,6 +82,7 @@ fn main() -> ExitCode {
 /// Runs the form of the command that the arguments select.
 fn run(args: &Args) -> Result<(), Box<dyn Error>> {
     if let Some(list) = &args.examples {
+        // Pictures are optional, so any error of the GPU leaves them out.
         return examples(open_gpu().ok().as_ref(), list, args.scans.as_deref(), &args.output);
     }
     if args.programs {
@@ -192,7 +193,7 @@ fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path)
 }
 
 /// Contents of the file that an example names: a scan in the folder `scans`. If the example has a cut, the file is made
-/// in `folder` from the corner of a preset instead. `None` where the scan is missing.
+/// in `folder` from the corner of a preset instead. `None` where the scan is missing or cannot be read.
 fn file_contents(
     example: &mut Value,
     file: &str,

@@ -7,7 +7,7 @@
 //
 // A *key* is a string that changes whenever the relief, the method's data or the scene have to be built again
 // (`Engine.keys`). Settings are objects here and JSON in the library. A parameter `progress` is a function, called with
-// the finished fraction from 0 to 1.
+// the finished fraction from 0 to 1. An *evaluator* computes the BSDF in the maker, as colours or as spectra.
 
 import init, * as sunbeam from "./wasm/sunbeam_web.js";
 import { Channel, WorkerError } from "./channel.js";
@@ -40,7 +40,7 @@ export class Engine {
   #sceneMaker = null;
   /** The artist; null before its device is opened. */
   #artist = null;
-  /** Keys of the relief and of the two evaluators that the maker has; null for none. */
+  /** Keys of the relief, the evaluator of colours and the evaluator of spectra that the maker has; null for none. */
   #reliefKey = null;
   #reflectanceKey = null;
   #spectraKey = null;
@@ -155,15 +155,18 @@ export class Engine {
   }
 
   /**
-   * Reflectance `f_r` in 1/sr at 380, 385, …, 780 nm, for the unit vectors to the light and to the viewer. Empty if the
-   * method has no values by wavelength.
+   * Reflectance `f_r` in 1/sr at 380, 385, …, 780 nm, for the unit vectors to the light and to the viewer, by the last
+   * `spectra`. Empty if the method has no values by wavelength.
    */
   spectrum(settings, wi, wo) {
     const directions = { wi: Float32Array.from(wi), wo: Float32Array.from(wo) };
     return this.#ask(this.#maker, "spectrum", { settings: JSON.stringify(settings), ...directions });
   }
 
-  /** The BRDF map by the evaluator on the CPU, as `map` returns it, for light from these angles in degrees. */
+  /**
+   * The BRDF map of the last `reflectance`, as `map` returns it, `side` pixels wide and high. The light comes at the
+   * polar angle `theta_deg` and the azimuth `phi_deg`.
+   */
   mapOnProcessor(settings, theta_deg, phi_deg, side, progress) {
     const question = { settings: JSON.stringify(settings), theta_deg, phi_deg, side };
     return this.#ask(this.#maker, "map", question, { progress });
@@ -182,7 +185,11 @@ export class Engine {
     try {
       return await maker.ask("scene", { settings: JSON.stringify(settings), draft }, { progress });
     } catch (error) {
-      if (this.#sceneMaker === maker) this.#sceneMaker = null;
+      // It may be unusable, and holds no state: the next call starts another.
+      if (this.#sceneMaker === maker) {
+        maker.end();
+        this.#sceneMaker = null;
+      }
       throw error;
     }
   }
@@ -217,7 +224,7 @@ export class Engine {
     }
   }
 
-  /** Transfers the bytes of `scene` to the artist. */
+  /** Transfers the bytes of `scene` to the artist. `draft` is that of the call of `scene`. */
   setScene(bytes, draft) {
     return this.#artist.ask("scene", { bytes, draft }, { transfer: [bytes.buffer] });
   }

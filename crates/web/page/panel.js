@@ -9,7 +9,7 @@ export const KERATIN_ETA = 1.56;
 /** Dielectrics with their refractive index at 550 nm. */
 const DIELECTRICS = [{ name: "Keratin", eta: KERATIN_ETA }, { name: "Polycarbonate", eta: 1.58 }];
 
-/** Shows all settings. Fields without a value show the default that the library takes. */
+/** Shows all settings. Fields without a value show the library's default, or are empty without one. */
 export function showControls() {
   const { catalogue } = page.engine;
   const { surface } = page.settings;

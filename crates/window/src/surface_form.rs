@@ -14,8 +14,12 @@ const PERIOD_UM: RangeInclusive<f64> = 0.2..=50.0;
 const HEIGHT_UM: RangeInclusive<f64> = 0.001..=5.0;
 /// Range of the control for pixel sizes in µm.
 const PIXEL_UM: RangeInclusive<f64> = 1e-4..=10.0;
+/// Change of a period or a height in µm per point of a drag.
+const DRAG_UM: f64 = 0.005;
+/// Change of a pixel size in µm per point of a drag.
+const PIXEL_DRAG_UM: f64 = 0.001;
 
-/// The choice of the relief's source. Name and scale of a file are edited here. The surface receives all of them when
+/// The choice of the relief's source. Name and scale of a file are edited here. The surface receives them together when
 /// the user opens the file.
 pub(crate) struct SurfaceForm {
     /// The source whose controls are shown.
@@ -56,6 +60,7 @@ impl SurfaceForm {
                 if self.chosen != before {
                     surface.set_relief_source(ReliefSource { preset: Some(preset), ..ReliefSource::default() });
                 }
+                // Only presets that take a period and a height have defaults of them.
                 if let Some((period, height)) = preset.defaults_um() {
                     dimension(ui, "Period", &mut surface.period, period, PERIOD_UM);
                     dimension(ui, "Height", &mut surface.height, height, HEIGHT_UM);
@@ -73,9 +78,9 @@ impl SurfaceForm {
             let edit = egui::TextEdit::singleline(&mut self.path).hint_text("skin.gsf").desired_width(f32::INFINITY);
             open = ui.add(edit).lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         });
-        // The values of these numbers when they are switched on are examples, not findings about the file.
-        optional(ui, "Pixel size", &mut self.pixel_size_um, 0.065, PIXEL_UM, 0.001, " µm");
-        optional(ui, "Max height", &mut self.max_height_um, 0.4, HEIGHT_UM, 0.005, " µm");
+        // 0.065 and 0.4 µm appear when the numbers are switched on. They are examples, not read from the file.
+        optional(ui, "Pixel size", &mut self.pixel_size_um, 0.065, PIXEL_UM, PIXEL_DRAG_UM, " µm");
+        optional(ui, "Max height", &mut self.max_height_um, 0.4, HEIGHT_UM, DRAG_UM, " µm");
         row(ui, "", |ui| open |= ui.button("Open").clicked());
         if open && !self.path.trim().is_empty() {
             surface.set_relief_source(ReliefSource {
@@ -92,7 +97,7 @@ impl SurfaceForm {
 /// changes the number.
 fn dimension(ui: &mut Ui, label: &str, value: &mut Option<f64>, default: f64, range: RangeInclusive<f64>) {
     let mut shown = value.unwrap_or(default);
-    number(ui, label, &mut shown, range, 0.005, " µm");
+    number(ui, label, &mut shown, range, DRAG_UM, " µm");
     if shown != value.unwrap_or(default) {
         *value = Some(shown);
     }

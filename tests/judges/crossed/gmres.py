@@ -12,6 +12,8 @@ def gmres(
 ) -> tuple[np.ndarray, float]:
     """The solution x of `apply(x) = right`, and the norm of its residual over that of `right`, without restarts.
 
+    `apply` is linear and takes complex vectors of the shape (n,) of `right`; `steps_max` is at least 1.
+
     The iteration ends when this residual is below `tolerance`, or after `steps_max` products. `basis` is an orthonormal
     basis of the Krylov space. `hessenberg` has the products of its vectors in this basis: `apply(basis[j])` is
     Σ_i hessenberg[i, j] basis[i] (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986).
@@ -40,4 +42,5 @@ def gmres(
         if residual < tolerance or abs(hessenberg[step, step - 1]) == 0:
             break
         basis.append(new / hessenberg[step, step - 1])
+    # After the last step `basis` may have one vector more than `weights`, which `zip` leaves out.
     return sum(weight * vector for weight, vector in zip(weights, basis)), residual

@@ -27,11 +27,12 @@ FILES = ("synthetic", "skins", "convergence")
 SYNTHETIC = Resolution(cutoff_per_um=10.0, nodes=12)
 # Resolution of the answers on skins.
 SKINS = Resolution(cutoff_per_um=8.0, nodes=10)
-# The finest resolution, and those compared with it: fewer harmonics, fewer nodes, and that of the answers.
+# The finest resolution, and those compared with it (cutoff, nodes): fewer harmonics, fewer nodes, and that of the
+# answers.
 FINE = Resolution(cutoff_per_um=11.0, nodes=12)
 COARSER = (Resolution(6.0, 12), Resolution(8.0, 12), Resolution(9.5, 12), Resolution(11.0, 10), SKINS)
 # Light whose powers converge most slowly with the resolution.
-HARD = Light(450.0, 60.0, 90.0)
+HARD = Light(wavelength_nm=450.0, theta_deg=60.0, phi_deg=90.0)
 
 
 def judged(relief: Relief, eta: float, lights: list[Light], resolution: Resolution) -> list[dict]:
@@ -85,8 +86,11 @@ def convergence() -> list[dict]:
 def main() -> None:
     """Writes the files that are named on the command line, by default all."""
     parser = argparse.ArgumentParser(prog="python -m tests.judges.crossed.judged", description=__doc__)
-    parser.add_argument("what", nargs="*", choices=FILES, default=FILES)
-    what = parser.parse_args().what
+    # Without `choices`, since argparse of Python 3.11 compares an empty list with them, too.
+    parser.add_argument("what", nargs="*", metavar="FILE", help=f"one of {', '.join(FILES)}; all by default")
+    what = parser.parse_args().what or FILES
+    if unknown := set(what) - set(FILES):
+        parser.error(f"unknown file {', '.join(sorted(unknown))}")
     if "synthetic" in what:
         write("synthetic", {"synthetic": judged(synthetic(), KERATIN, SYNTHETIC_LIGHTS, SYNTHETIC)})
     if "skins" in what and scans_present():

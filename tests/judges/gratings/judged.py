@@ -2,8 +2,8 @@
 
 `perfect.csv` has perfect conductors by `boundary_integral`, for TE and TM light incident perpendicular to the grooves.
 `metals.csv` has lamellar gratings of aluminium, silver and gold in conical mounts by SCATMECH
-(`requirements-judges.lock`). Its powers of s and p are extrapolated from two truncations. Their uncertainty `unsettled`
-is the difference from the finer truncation.
+(`requirements-judges.lock`). The powers of its orders for incident s and p are extrapolated from two truncations. Their
+uncertainty `unsettled` is the difference from the finer truncation.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ PERFECT = [
     ("lamellar", 1.6, 0.12, 550.0, 40.0),
     ("lamellar", 0.6, 0.2, 450.0, 10.0),
 ]
-# Numbers of SCATMECH's waves to either side. With fewer the error of p in silver does not yet fall as their inverse.
+# Numbers of SCATMECH's waves to either side. With fewer the error of p in silver does not yet fall as 1/waves.
 WAVES = (80, 160)
 
 
@@ -65,9 +65,9 @@ def metals() -> list[str]:
         for period, height, theta, azimuth in LAMELLAR:
             coarse, fine = (metal_lamellar(period, height, 550.0, index, theta, azimuth, waves) for waves in WAVES)
             for order in fine:
-                # Powers of incident s and p. The error halves from the coarser to the finer truncation, so the limit is
-                # as far from the finer as that is from the coarser.
-                before, after = (found[order].sum(axis=0) for found in (coarse, fine))
+                # Powers for incident s and p, summed over outgoing states. The error halves from the coarser to the
+                # finer truncation, so the limit is as far from the finer as that is from the coarser.
+                before, after = (powers[order].sum(axis=0) for powers in (coarse, fine))
                 limit = 2 * after - before
                 unsettled = np.abs(limit - after).max()
                 setting = f"{metal},{index.real},{index.imag},{period},{height},{theta},{azimuth}"
@@ -76,6 +76,7 @@ def metals() -> list[str]:
 
 
 def main() -> None:
+    """Writes both files."""
     write(FOLDER / "perfect.csv", "profile,period_um,height_um,wavelength_nm,theta_deg,order,te,tm", perfect())
     header = "metal,eta,k,period_um,height_um,theta_deg,azimuth_deg,order,s,p,unsettled"
     write(FOLDER / "metals.csv", header, metals())

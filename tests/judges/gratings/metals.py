@@ -17,7 +17,10 @@ def _spectrum(metal: str, part: str) -> np.ndarray:
 
 
 def index(metal: str, wavelength_nm: float) -> complex:
-    """η + ik of a metal, named as Mitsuba's `material`, linearly interpolated between the wavelengths of the file."""
+    """η + ik of a metal, named as Mitsuba's `material`, linearly interpolated between the wavelengths of the file.
+
+    Raises ValueError beyond these wavelengths.
+    """
     parts = []
     for name in ("eta", "k"):
         table = _spectrum(metal, name)

@@ -49,7 +49,7 @@ class Grating:
 
 @dataclass(frozen=True)
 class Light:
-    """The incident light."""
+    """The incident light; `theta_i_deg` is its angle with the normal, negative from the side of −x."""
 
     wavelength_nm: float
     theta_i_deg: float
@@ -110,7 +110,7 @@ def power_of_value(wavelength_nm: float, coherence_length_um: float = COHERENCE_
 def integrated(grating: Grating, model: Model, light: Light, order: int, points: int = 31) -> float:
     """Power of an order: the BSDF's integral over wo.x and wo.y, to six standard deviations around its centre.
 
-    `points` is the number of directions along either axis.
+    The solid angle times the cosine of wo is dwo.x dwo.y. `points` is the number of directions along either axis.
     """
     sine = np.sin(np.radians(light.theta_i_deg))
     orders, towards = propagating(grating.period, light)
@@ -159,10 +159,11 @@ def closed_form(grating: Grating, obliquity: str, light: Light) -> np.ndarray:
 
 
 def screen_powers(preset: str, orders: np.ndarray, phase: np.ndarray) -> np.ndarray:
-    """|c_j|² of the orders j of a preset. `phase` is the phase in radians of its highest point, for each order."""
+    """|c_j|² of the orders j of a preset. `phase` is κ times its height from valley to peak, in radians, by order."""
     if preset == "sinusoidal":
         return np.array([bessel(order, 0.5 * p) ** 2 for order, p in zip(orders, phase)])
     if preset == "blazed":
+        # NumPy's sinc(x) is sin(πx)/(πx).
         return np.sinc(phase / (2 * np.pi) + orders) ** 2
     # Lamellar; orders that are even but not 0 vanish. The inner choice avoids a division by 0.
     odd = np.where(orders % 2 == 1, np.sin(0.5 * phase) / (0.5 * np.pi * np.where(orders == 0, 1, orders)), 0)

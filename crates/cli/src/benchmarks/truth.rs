@@ -5,7 +5,7 @@
 //! - q = wi + wo: the scattering vector;
 //! - λ: the wavelength in µm;
 //! - f = (qx, qy)/λ: the spatial frequency in 1/µm;
-//! - κ = 2π·qz/λ: the phase rate in 1/µm;
+//! - κ = 2π·qz/λ: the phase rate in rad/µm;
 //! - c_j(κ): the amplitude of order j, one DFT bin of the phase screen;
 //! - f_j: the frequency of order j in 1/µm;
 //! - h: the height in µm;
@@ -147,8 +147,8 @@ impl Orders {
 }
 
 impl Truth {
-    /// The spectra for pairs of directions, given by their sums `wi + wo`, from 380 nm in steps of `step_nm` up to at
-    /// most 780 nm.
+    /// The spectra for pairs of directions above the surface, given by their sums `wi + wo`, from 380 nm in steps of
+    /// `step_nm` up to at most 780 nm.
     pub(crate) fn new(field: &HeightField, coherence_length_um: f64, sums: &[[f64; 3]], step_nm: f64) -> Self {
         let transform = OrderTransform::new(field);
         let window = CoherenceWindow::new(coherence_length_um);
@@ -219,9 +219,9 @@ impl Truth {
             };
             let [patch, ensemble] = [Model::Patch, Model::Ensemble].map(value);
             let scale = patch.max(ensemble).max(DENSITY_FLOOR_UM2);
-            for (model, truth) in [(Model::Patch, patch), (Model::Ensemble, ensemble)] {
+            for (model, exact) in [(Model::Patch, patch), (Model::Ensemble, ensemble)] {
                 let found = self.spectrum(model, pair)[wavelength] * um * um;
-                largest = largest.max((found - truth).abs() / scale);
+                largest = largest.max((found - exact).abs() / scale);
             }
         }
         TruthCheck { compared: count, largest }

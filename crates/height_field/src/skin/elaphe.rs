@@ -3,7 +3,8 @@
 //! *Fingers* are the finger-like ridges in which the skin's overlapping cells end; a *layer* is a row of such cells.
 //! `mod.rs` defines the coordinates: t along a layer in layer periods, v and q across the fingers in finger periods.
 //! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
-//! widths in these periods. [`smooth_step`] fades from 0 to 1 between its first two arguments.
+//! widths in these periods. [`smooth_step`] fades from 0 at its first argument to 1 at its second, which may be
+//! the smaller one.
 
 use super::{Finger, FingerShape, Lattice, PIXELS, Regions, closed, fingers, mix, stretch};
 use crate::random::{Random, smooth_step};
@@ -113,6 +114,7 @@ fn add_granules(heights: &mut Array2<f64>, lattice: &Lattice, random: &mut Rando
         for finger in 0..FINGERS as i64 {
             for granule in 0..9 {
                 let large = granule < 3;
+                // At random t and q.
                 let centre = lattice.position_um(layer, finger, random.between(0.1, 0.95), 0.10 * random.normal());
                 let (radius, top) = if large {
                     (random.between(0.08, 0.125), random.between(0.02, 0.09))

@@ -4,7 +4,7 @@
 //! Coordinates (i, j) are in *half scales*: i along the body towards the tail, j around it in the direction of v. If
 //! i + j is even, the point is the centre of a scale; "scale (i, j)" is the scale with this centre. If i + j is odd,
 //! the point is a *node*. At a node four scales meet. The tip of the scale towards the head lies between the flanks of
-//! its two neighbours, over the root of the scale towards the tail.
+//! its two neighbours, over the root of the scale towards the tail. A *row* is a line of equal i or of equal j.
 //!
 //! ```text
 //!             right flank (i, j + 1)

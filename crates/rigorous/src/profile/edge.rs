@@ -1,4 +1,4 @@
-//! An edge: a smooth piece of the curve between two corners.
+//! An edge: a smooth piece of a profile's curve between two corners.
 
 /// (x, z) in µm.
 pub(crate) type Point = [f64; 2];
@@ -32,7 +32,7 @@ impl Edge {
     }
 
     /// The spline over x from `x0` to `x1` (µm) through at least two heights (µm) at the centres of equal intervals. It
-    /// is extrapolated by half an interval at both ends.
+    /// is extrapolated by half an interval at both ends, to `x0` and `x1`.
     pub(crate) fn spline(x0: f64, x1: f64, heights: &[f64]) -> Self {
         let spline = Spline::new(heights);
         let (from, to) = ([x0, spline.at(0.0)[0]], [x1, spline.at(1.0)[0]]);

@@ -20,17 +20,17 @@ fn is_header(text: &str) -> bool {
     text.trim_start_matches('"').starts_with('\\')
 }
 
-/// Reads the column of the channel that `channel_option` names, or a single matrix, from the bottom row on.
+/// Reads the column of the channel that `channel_option` names, or a single matrix.
 ///
 /// Numbers come in one of two layouts: ny lines of nx numbers (a matrix) for a single channel, or nx·ny lines with one
-/// number for each channel.
+/// number for each channel. Both begin with the bottom row of the scan.
 pub(super) fn parse(lines: &[Line], channel_option: Option<&str>) -> Parsed {
     let header: Vec<&str> =
         lines.iter().map(|(_, text)| text.trim_matches('"')).filter(|text| text.starts_with('\\')).collect();
     let header = header.join("\n");
-    let all = sections(&header);
+    let header_sections = sections(&header);
     // All channels have the size of the first image.
-    let image = all.iter().find(|section| section.is_image()).ok_or("its header describes no image")?;
+    let image = header_sections.iter().find(|section| section.is_image()).ok_or("its header describes no image")?;
     let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
     let mut body: Vec<Line> =
         lines.iter().copied().filter(|(_, text)| !is_header(text) && !text.trim().is_empty()).collect();
@@ -41,7 +41,7 @@ pub(super) fn parse(lines: &[Line], channel_option: Option<&str>) -> Parsed {
     let table = numbers::table(&body)?;
     let columns = table.columns()?;
     let total = nx.checked_mul(ny).ok_or("its size is too large")?;
-    let pixel = pixel_size(image, &all, (nx, ny))?;
+    let pixel = pixel_size(image, &header_sections, (nx, ny))?;
     // Index of the chosen column of titles, and its heights.
     let (column, values) = if columns == nx && table.rows.len() == ny {
         // A matrix.
@@ -49,7 +49,7 @@ pub(super) fn parse(lines: &[Line], channel_option: Option<&str>) -> Parsed {
     } else if table.rows.len() == total {
         // One column for each channel.
         let channels = column_channels(titles, columns);
-        // A single column is read whatever its title.
+        // Without the option a single column is read whatever its title.
         let column =
             if columns == 1 && channel_option.is_none() { 0 } else { channel::choose(&channels, channel_option)? };
         (column, table.values.into_iter().skip(column).step_by(columns).collect())
@@ -58,6 +58,7 @@ pub(super) fn parse(lines: &[Line], channel_option: Option<&str>) -> Parsed {
         return Err(format!("its header promises {nx} × {ny} points, but {rows} lines of {columns} numbers follow"));
     };
     let (name, unit) = title_and_unit(titles, column);
+    // A unit of length makes the values heights; without a unit the scale must be given; other units are refused.
     let meaning = match micrometres(&unit) {
         Ok(unit_um) => Meaning::in_unit(&unit, unit_um),
         Err(_) if unit.is_empty() => Meaning::Unknown,
@@ -68,7 +69,8 @@ pub(super) fn parse(lines: &[Line], channel_option: Option<&str>) -> Parsed {
     Ok(if name.is_empty() { raw } else { raw.channel(name, channel_option) })
 }
 
-/// Title and unit of a column by its index from 0, from titles such as `Height_Sensor(nm)`. Either may be empty.
+/// Title and unit of a column by its index from 0, from titles such as `Height_Sensor(nm)`. Either may be empty. Empty
+/// titles do not count.
 fn title_and_unit(titles: &str, column: usize) -> (String, String) {
     let cell =
         titles.split(['\t', ',', ';']).map(str::trim).filter(|cell| !cell.is_empty()).nth(column).unwrap_or_default();

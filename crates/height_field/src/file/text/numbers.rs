@@ -31,7 +31,7 @@ impl Table {
     /// Count of numbers in each line.
     ///
     /// # Errors
-    /// Lines with different counts.
+    /// No lines, or lines with different counts.
     pub(super) fn columns(&self) -> Result<usize, String> {
         let (first, columns) = *self.rows.first().ok_or("it holds no numbers")?;
         match self.rows.iter().find(|(_, count)| *count != columns) {
@@ -145,7 +145,7 @@ impl Commas {
     }
 }
 
-/// All numbers of `lines`.
+/// All numbers of `lines`. A blank line has one missing point.
 ///
 /// # Errors
 /// Ambiguous commas, and words that are no numbers.
@@ -203,6 +203,7 @@ fn read(lines: &[Line], style: Style) -> Result<Table, String> {
                 table.values.push(f64::NAN);
             }
             for word in words {
+                // A number has one decimal mark.
                 let value = if style.decimal_comma && word.contains(',') {
                     Some(word)
                         .filter(|word| word.matches(',').count() == 1)
