@@ -328,11 +328,14 @@ def write(name: str, chosen: list[Setting]) -> None:
 def main() -> None:
     """Writes the files that are named on the command line, by default both."""
     parser = argparse.ArgumentParser(prog="python -m tests.judges.gratings.drawn", description=__doc__)
-    parser.add_argument("names", nargs="*", choices=(BARE, COVERED), default=(BARE, COVERED))
+    # Without `choices`, since argparse of Python 3.11 compares an empty list with them, too.
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"{BARE} or {COVERED}")
     names = parser.parse_args().names
-    for name, chosen in ((BARE, settings), (COVERED, covered_settings)):
-        if name in names:
-            write(name, chosen())
+    files = {BARE: settings, COVERED: covered_settings}
+    if unknown := [name for name in names if name not in files]:
+        parser.error(f"unknown name {unknown[0]!r}; available: {', '.join(files)}")
+    for name in names or files:
+        write(name, files[name]())
 
 
 if __name__ == "__main__":
