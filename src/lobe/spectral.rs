@@ -125,7 +125,7 @@ impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
         u: [N::Real; 3],
         active: N::Mask,
     ) -> [N::Real; 3] {
-        // The sampler needs two of the three random numbers.
+        // The lobe only reflects, so `_to_below` is false. The sampler needs two of the three random numbers.
         self.sampler().sample(wi, &self.reading(nm), [u[1], u[2]], active)
     }
 }

@@ -69,9 +69,9 @@ impl Regions {
                 let square = libm::floor(position);
                 let offset = position - square;
                 let is_rising = square % 2.0 == 0.0;
-                // Triangle wave between −½ and ½, with one square as the unit of length.
-                let triangle = if is_rising { offset } else { 1.0 - offset } - 0.5;
-                self.spread * extent_um / count * triangle
+                // Triangle wave between 0 and 1, which becomes a displacement about 0.
+                let triangle = if is_rising { offset } else { 1.0 - offset };
+                self.spread * extent_um / count * (triangle - 0.5)
             })
             .collect();
         warp_x.indexed_iter_mut().for_each(|((_, ix), x)| *x += wave[ix]);
