@@ -320,7 +320,8 @@ impl<'a> Build<'a> {
             let kappa = (knot as f64 + 0.5) * self.kappa_step;
             // No pair of directions has a κ above KAPPA_MAX, so these nodes are then not used.
             let nodes = self.spectrum.nodes(kappa.min(KAPPA_MAX));
-            // Every `stride`-th kept node, at most ERROR_SAMPLES of them. Order 0 is always kept.
+            // Every `stride`-th kept node, at most ERROR_SAMPLES of them. Node 0 is always kept, so `stride` is at
+            // least 1.
             let stride = self.kept.len().div_ceil(ERROR_SAMPLES);
             errors.par_extend(self.kept.par_iter().step_by(stride).filter_map(|node| {
                 // Positions off the nodes, by different fractions along x and y of the spacing or the kernel's width.

@@ -4,8 +4,8 @@
 //! it reads the entry and the packets that contain four consecutive spline coefficients. Packets begin at multiples of
 //! their length, so six or eight coefficients are read, some with weights of zero: three packets of two or two of four.
 //! Symbols are those of the [module](super), formulas of a node those of [`super::SpectralTable`], and the words of
-//! entries and packets those of [`Format`]. Entries and packets are records of equal lengths: `gather::<W>(words, i)`
-//! reads words W·i to W·i + W − 1.
+//! entries and packets those of [`Format`]. Either has a fixed number W of words: `gather::<W>(words, i)` reads the
+//! words W·i to W·i + W − 1.
 //!
 //! Numbers are either values or *recorded* variables, whose operations Dr.Jit compiles into kernels.
 
