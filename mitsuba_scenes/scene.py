@@ -21,7 +21,7 @@ SOIL = (0.020, 0.0155, 0.012)
 class View:
     """Resolution in pixels, and the camera: its position `origin_cm`, and `target_cm` in the middle of the picture.
 
-    `fov_deg` is the horizontal field of view. +z is up in the picture. The defaults are for the snake, chosen by eye.
+    `fov_deg` is the horizontal field of view. +z is up in the picture. The defaults are for the snake.
     """
 
     width: int = 384

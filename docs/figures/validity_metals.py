@@ -62,10 +62,10 @@ INDEX_NM = 550.0
 TABLED_LIGHTS = 30
 # Seed of the random lights, an arbitrary number.
 SEED = 5
-# Largest accepted rms and 99th percentile of the errors of tables in silver, which has sharp plasmon anomalies. Chosen:
-# larger values would hide a worse interpolation.
+# Largest accepted rms and 99th percentile of the errors of tables in silver, which has sharp plasmon anomalies. Larger
+# values would accept a worse interpolation.
 TABLE_MAX_SILVER = (0.008, 0.03)
-# Largest accepted rms and 99th percentile of the errors of tables in each of the other media; chosen likewise.
+# Largest accepted rms and 99th percentile of the errors of tables in each of the other media.
 TABLE_MAX = (0.004, 0.015)
 # Periods of the swept gratings.
 PERIODS_UM = (1.25, 2.5, 5.0)
