@@ -36,6 +36,7 @@ def main() -> int:
         default=rgb_against_spectral.BUDGET_S,
         help="seconds for each of two converged pictures, RGB and spectral; more reduce noise (%(default)s)",
     )
+    # argparse converts a default by `type` only if it is a string.
     default = str(REPOSITORY / "out" / "bench" / "mitsuba.json")
     parser.add_argument("--json", type=output_file(".json"), default=default, help="file for the figures (%(default)s)")
     parser.add_argument(

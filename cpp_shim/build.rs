@@ -86,7 +86,8 @@ fn build() -> Result<(), String> {
 
 /// Makes Cargo run this script again after a change of a C++ file, a bridge, or the choice of the interpreter.
 fn watch_sources() -> Result<(), String> {
-    // Cargo watches each C++ file, not the folder: otherwise a change of a Rust file in `src/` would recompile the C++.
+    // Each C++ file of this folder is watched, not the folder: otherwise a Rust file changed in `src/` would recompile
+    // the C++.
     let files = fs::read_dir(".").map_err(|error| error.to_string())?;
     let is_cpp = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "cpp" || extension == "h");
     for file in files.flatten().map(|entry| entry.path()).filter(is_cpp) {
@@ -140,7 +141,7 @@ fn link(wheels: &Wheels) {
         println!("cargo:rustc-link-search=native={}", dir.display());
         println!("cargo:rustc-link-lib=dylib={library}");
     }
-    // Mitsuba unloads plugins at exit, when the plugin's threads may still run.
+    // Mitsuba unloads plugins at exit, when the plugin's threads may still run. With this flag the code stays loaded.
     println!("cargo:rustc-cdylib-link-arg=-Wl,-z,nodelete");
     // Another release of Mitsuba may lack functions that the plugin calls. Lazy binding looks them up at their first
     // call, so the plugin loads and its version check reports the mismatch.

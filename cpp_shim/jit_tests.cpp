@@ -37,6 +37,7 @@ uint32_t upload(uint32_t backend, rust::Slice<const uint32_t> words) noexcept {
 bool download(uint32_t index, rust::Slice<uint32_t> words) noexcept {
     return attempt(false, [&] {
         jit_var_eval(index);
+        // A variable of size 1 has its value in every lane.
         const bool repeated = jit_var_size(index) == 1;
         for (size_t i = 0; i < words.size(); ++i)
             jit_var_read(index, repeated ? 0 : i, &words[i]);

@@ -1,5 +1,5 @@
-// Choices and numbers go to Rust as JSON, and Rust checks their ranges. Parameters that Mitsuba gives as names of
-// media, spectra or textures are read and checked here.
+// Reading of the plugin's parameters. Choices and numbers go to Rust as JSON, and Rust checks their ranges. Parameters
+// that Mitsuba gives as names of media, spectra or textures are read and checked here.
 #include "parameters.h"
 
 #include <algorithm>
@@ -193,7 +193,8 @@ std::optional<double> cover_index(const Properties &props) {
         case Properties::Type::Spectrum: {
             const auto &spectrum = props.get<Properties::Spectrum>("cover_eta");
             const auto &nm = spectrum.wavelengths, &values = spectrum.values;
-            // Linear interpolation between the wavelengths around the sodium line, or the value at the nearer end.
+            // Linear interpolation between the wavelengths around the sodium line, or the value at the nearer end. A
+            // uniform spectrum has one value and no wavelengths.
             const size_t above = std::upper_bound(nm.begin(), nm.end(), SODIUM_NM) - nm.begin();
             if (above == 0 || above == nm.size())
                 return above == 0 ? values.front() : values.back();
@@ -209,6 +210,7 @@ std::optional<double> cover_index(const Properties &props) {
 
 std::optional<double> transparent_index(const Properties &props) {
     const std::string transmission = props.get<std::string>("transmission", "none");
+    // Rust refuses values other than these and "none".
     if (transmission != "film" && transmission != "interface")
         return {};
     for (const char *name : { "material", "k", "diffuse_reflectance" })
@@ -252,19 +254,19 @@ std::string material_name(const Properties &props) {
 std::optional<IndexSpectrum> index_spectrum(const Properties &props, const std::string &material) {
     IndexSpectrum index;
     if (material != "none") {
-        auto read = [&](const char *part, std::vector<double> &nm, std::vector<double> &values) {
-            const auto file = mitsuba::file_resolver()->resolve(mitsuba::fs::path("data/ior/" + material + part));
+        auto read_file = [&](const char *suffix, std::vector<double> &nm, std::vector<double> &values) {
+            const auto file = mitsuba::file_resolver()->resolve(mitsuba::fs::path("data/ior/" + material + suffix));
             mitsuba::spectrum_from_file<double>(file, nm, values);
         };
-        read(".eta.spd", index.eta_nm, index.eta);
-        read(".k.spd", index.k_nm, index.k);
+        read_file(".eta.spd", index.eta_nm, index.eta);
+        read_file(".k.spd", index.k_nm, index.k);
         return index;
     }
     // Without a material and eta, the empty index stands for a perfect reflector.
     if (!props.has_property("eta"))
         return index;
     // Reads eta or k; a constant has no wavelengths. Returns false for a colour or a texture.
-    auto read = [&](const char *name, std::vector<double> &nm, std::vector<double> &values) {
+    auto read_parameter = [&](const char *name, std::vector<double> &nm, std::vector<double> &values) {
         switch (props.type(name)) {
             case Properties::Type::Float:
             case Properties::Type::Integer:
@@ -281,7 +283,8 @@ std::optional<IndexSpectrum> index_spectrum(const Properties &props, const std::
         }
     };
     index.k = { 0.0 };
-    if (!read("eta", index.eta_nm, index.eta) || (props.has_property("k") && !read("k", index.k_nm, index.k)))
+    if (!read_parameter("eta", index.eta_nm, index.eta) ||
+        (props.has_property("k") && !read_parameter("k", index.k_nm, index.k)))
         return {};
     return index;
 }

@@ -26,7 +26,7 @@ template <typename Texture> class SpectralRange final : public mitsuba::Traversa
 public:
     explicit SpectralRange(Texture &texture) { add(texture); }
 
-    /// Range in nm within which all these textures have values; within Mitsuba's range.
+    /// Range in nm for which all these textures have values, cut to Mitsuba's range of 360 to 830 nm.
     WavelengthRange range;
 
 private:
@@ -68,12 +68,13 @@ public:
             check_range_of(source, range);
             mitsuba::Properties props;
             props.set("spectrum", continued(nm, values));
+            // Unbounded: eta and k may exceed 1, unlike a reflectance.
             texture = props.get_unbounded_texture<Texture>("spectrum");
         }
     }
 
-    /// Reads the range of the texture again. If it has changed and is not complete, warns or throws as `initialise`
-    /// does.
+    /// Reads the range of the texture again, in spectral variants. If it has changed and is not complete, warns or
+    /// throws as `initialise` does.
     void update(Texture &texture) {
         if constexpr (mitsuba::is_spectral_v<Spectrum>) {
             const WavelengthRange range = SpectralRange<Texture>(texture).range;

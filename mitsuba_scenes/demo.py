@@ -138,8 +138,9 @@ def main(words: list[str] | None = None) -> int:
 def make(output: Path, variant: str, view: View, spp: int) -> None:
     """Renders all pictures, compares the renderers, and writes pictures and `report.json` into `output`.
 
-    The compared renderers are Mitsuba with the plugin, and the realtime renderer `sunbeam render`. Raises Disagreement
-    if they disagree. In a variant without wavelengths the comparison is skipped.
+    `view` is the camera of the snake's pictures; the others take only its resolution. The compared renderers are
+    Mitsuba with the plugin, and the realtime renderer `sunbeam render`. If they disagree, `insist` raises Disagreement.
+    In a variant without wavelengths the comparison is skipped.
     """
     start = time.perf_counter()
     variant = use_variant(variant)
@@ -196,7 +197,11 @@ def snake_rows(
     announce: Callable[[str], None],
     pictures: dict[str, dict],
 ) -> list[list[tuple[Path, str]]]:
-    """Renders the shots and adds their entries of the report to `pictures`; returns the sheet's (PNG, caption)."""
+    """Renders the shots, and adds their entries of the report to `pictures` by file name without ending.
+
+    Returns the (PNG, caption) of each picture, by rows. Raises PictureError for a black picture or values that are not
+    finite.
+    """
     sheet: list[list[tuple[Path, str]]] = []
     bsdf_of_skin: dict[str, mi.BSDF] = {}
     for row in rows:
@@ -230,7 +235,7 @@ def foils_and_films_row(
 ) -> list[tuple[Path, str]]:
     """Renders FOILS_AND_FILMS at the resolution of `view`, and adds their entries of the report to `pictures`.
 
-    Returns the (PNG, caption) of each picture.
+    Returns the (PNG, caption) of each picture. Raises PictureError as `snake_rows` does.
     """
     row = []
     for name, (caption, make_scene, camera) in FOILS_AND_FILMS.items():

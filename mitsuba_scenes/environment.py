@@ -21,7 +21,7 @@ PLUGIN_FOLDER = Path(os.environ.get("SUNBEAM_MITSUBA", REPOSITORY / "target" / "
 # The compiled plugin.
 PLUGIN = PLUGIN_FOLDER / "plugins" / "diffraction.so"
 
-# Mitsuba's variant of the programs, unless another is chosen: vectorised and spectral.
+# Default variant of Mitsuba: vectorised and spectral.
 DEFAULT_VARIANT = "llvm_ad_spectral"
 # The variant that needs neither LLVM nor a GPU.
 FALLBACK_VARIANT = "scalar_spectral"

@@ -21,7 +21,7 @@ SOIL = (0.020, 0.0155, 0.012)
 class View:
     """Resolution in pixels, and the camera: its position `origin_cm`, and `target_cm` in the middle of the picture.
 
-    `fov_deg` is the horizontal field of view. +z is up in the picture.
+    `fov_deg` is the horizontal field of view. +z is up in the picture. The defaults are for the snake.
     """
 
     width: int = 384
@@ -65,10 +65,10 @@ def snake_scene(
 
 
 def stage(objects: dict, emitters: dict, view: View, spp: int = 64, max_depth: int = MAX_DEPTH) -> dict:
-    """A scene of `objects` on the ground z = 0 in the light of `emitters`, both entries of the dictionary.
+    """A scene of `objects` on the ground z = 0 in the light of `emitters`.
 
-    The ground is a square with sides of 4 m around the origin, larger than the pictures show. `spp` and `max_depth` are
-    as in `snake_scene`.
+    Both map names to Mitsuba's dictionaries, and become entries of the scene's. The ground is a square with sides of
+    4 m around the origin, larger than the pictures show. `spp` and `max_depth` are as in `snake_scene`.
     """
     return {
         "type": "scene",
@@ -92,8 +92,8 @@ def soil() -> dict:
 def raw_texture(values: np.ndarray, filter_type: str = "nearest") -> dict:
     """A Mitsuba texture of numbers, not colours, with `values` of shape (rows, columns).
 
-    The first row is at v = 0, the first column at u = 0. `filter_type` is `nearest` or `bilinear`. Beyond its edges
-    the texture continues with the values there.
+    The first row is at v = 0, the first column at u = 0. `filter_type` is `nearest` or `bilinear`. Outside the unit
+    square the value is that of the nearest edge.
     """
     bitmap = mi.Bitmap(np.ascontiguousarray(values, dtype=np.float32)[..., None])
     return {"type": "bitmap", "bitmap": bitmap, "raw": True, "filter_type": filter_type, "wrap_mode": "clamp"}

@@ -10,7 +10,9 @@ SITE_PAGES = sorted((REPOSITORY / "docs").glob("*.md"))
 PACKAGE_PAGES = [REPOSITORY / "python" / "README.md", REPOSITORY / "src" / "README.md"]
 PAGES = [REPOSITORY / "README.md", *PACKAGE_PAGES, *SITE_PAGES]
 
+# First line of a block, with its indentation, its backquotes and the word after them.
 FENCE = re.compile(r"^(?P<indent>\s*)(?P<marks>`{3,})(?P<language>[^`]*)$")
+# Instruction to the tests, a comment on the line before a block or before another instruction (docs/contributing.md).
 COMMENT = re.compile(r"^\s*<!-- (?P<kind>not run|first): (?P<text>.*) -->\s*$")
 
 
@@ -28,8 +30,8 @@ class Block:
     text: str = ""
     #: Reason why the block is not run; empty for a block that is.
     not_run: str = ""
-    #: Shell commands run before the block and hidden from readers.
-    first: list = field(default_factory=list)
+    #: Shell commands run before the block and not shown on the page.
+    first: list[str] = field(default_factory=list)
 
     def __str__(self):
         return f"{self.page.relative_to(REPOSITORY)}:{self.line}"
@@ -76,8 +78,8 @@ def anchors(page):
 
 
 def links(page):
-    """Targets of the page's links and pictures, with their line numbers."""
+    """Yields the line number and the target of each link and picture of the page."""
     for number, line in split(page)[1]:
-        # Without code spans.
+        # Code spans are removed, since brackets in them are no links.
         for target in re.findall(r"\]\(([^()\s]+)\)", re.sub(r"`[^`]*`", "", line)):
             yield number, target

@@ -39,18 +39,20 @@ def miss(need: str, tests: str, reason: str) -> None:
 
 def skip(need: str, reason: str, *, module: str = "") -> None:
     """Skips the running test, or the named module while it is imported; fails where the part `need` is required."""
-    miss(need, module or os.environ.get("PYTEST_CURRENT_TEST", "a test").rsplit(" ", 1)[0], reason)
+    # pytest names the running test and, after a space, its stage: "tests/test_x.py::test_y (call)".
+    running = os.environ.get("PYTEST_CURRENT_TEST", "a test").rsplit(" ", 1)[0]
+    miss(need, module or running, reason)
     pytest.skip(f"{need}: {reason}", allow_module_level=bool(module))
 
 
 def require_program(need: str, program: str) -> None:
-    """Skips the running test where the program is not installed."""
+    """Skips the running test as `skip` does where the program is not installed."""
     if not shutil.which(program):
         skip(need, f"{program} is not installed")
 
 
 def require_module(need: str, name: str) -> ModuleType:
-    """Imports a module; skips the running test where it is not installed."""
+    """Imports a module; skips the running test as `skip` does where it is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError as error:

@@ -15,7 +15,8 @@ from conftest import use_variant
 PERIODS_UM = [1.5, 2.0, 2.5]
 # Coherence lengths in µm, of which each round sets the next.
 LENGTHS_UM = [6.0, 9.0]
-# Largest relative difference of a picture, by rounding, between kernels that contain different other BSDFs.
+# Largest relative difference of two pictures of a scene with the same coherence length. A kernel contains the code of
+# all BSDFs that exist, so the compiler may round differently when others exist.
 ROUNDING = 1e-5
 
 
@@ -52,30 +53,31 @@ def picture(scene, coherence_length_um):
 
 
 def main(variant, rounds):
-    """Compares pictures from three threads with those rendered before; returns whether any differs."""
+    """Compares pictures from three threads with those rendered before by one. Returns whether any differs or fails."""
     use_variant(variant)
     scenes = [scene(period_um) for period_um in PERIODS_UM]
-    # Pictures by scene and coherence length.
+    # Indexed by scene and coherence length.
     wanted = [[picture(one, length_um) for length_um in LENGTHS_UM] for one in scenes]
     failures = []
 
-    def render(i, turn, kept):
-        """Makes a BSDF, which `kept` holds until the end of the round, and renders scene i."""
+    def render(i, round_index, kept):
+        """Makes a BSDF, which `kept` holds until the end of the round, and compares a new picture of scene i."""
         try:
             kept.append(mi.load_dict(bsdf(PERIODS_UM[i])))
-            which = turn % len(LENGTHS_UM)
-            np.testing.assert_allclose(picture(scenes[i], LENGTHS_UM[which]), wanted[i][which], rtol=ROUNDING)
+            length_index = round_index % len(LENGTHS_UM)
+            found = picture(scenes[i], LENGTHS_UM[length_index])
+            np.testing.assert_allclose(found, wanted[i][length_index], rtol=ROUNDING)
         except Exception as error:
-            failures.append(f"round {turn}: {error.__cause__ or error}")
+            failures.append(f"round {round_index}: {error.__cause__ or error}")
 
-    for turn in range(rounds):
+    for round_index in range(rounds):
         kept = []
-        threads = [threading.Thread(target=render, args=(i, turn, kept)) for i in range(len(scenes))]
+        threads = [threading.Thread(target=render, args=(i, round_index, kept)) for i in range(len(scenes))]
         for thread in threads:
             thread.start()
         for thread in threads:
             thread.join()
-        # Deletes the BSDFs of the round.
+        # Deletes the BSDFs of the round while no thread renders.
         del kept
         gc.collect()
     print(*failures, sep="\n")

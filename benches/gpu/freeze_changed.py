@@ -13,7 +13,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from .kernels import CHANGED, LENGTHS
+from .kernels import CHANGED, LENGTHS_UM
 from .parts import Check
 from .plan import Plan
 from .scenes import SPP, STRAY, ball, differing, picture
@@ -30,7 +30,7 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def rendered(variant: str) -> dict:
-    """Compares frozen with plain renders at each of LENGTHS, the coherence lengths in µm.
+    """Compares frozen with plain renders at each of LENGTHS_UM, the coherence lengths in µm.
 
     The surface is CHANGED, whose coherence length the calls replace. `differing` is the largest fraction of pixels that
     differ between both by more than rounding, and STRAY the largest accepted one. `between lengths` is the fraction
@@ -45,8 +45,8 @@ def rendered(variant: str) -> dict:
         return mi.render(scene, spp=SPP, seed=seed)
 
     fractions, pictures = [], []
-    for length in LENGTHS:
-        parameters["ball.bsdf.coherence_length"] = length
+    for length_um in LENGTHS_UM:
+        parameters["ball.bsdf.coherence_length"] = length_um
         parameters.update()
         pictures.append(np.array(frozen(scene, mi.UInt32(0)), dtype=float)[..., :3])
         # With the same seed, 0.

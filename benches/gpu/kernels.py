@@ -46,7 +46,7 @@ EIGHT = (
 )
 # Coherence lengths in µm that a BSDF gets one after the other. The first one returns at the end, when its tables exist
 # already.
-LENGTHS = (10.0, 6.0, 20.0, 10.0)
+LENGTHS_UM = (10.0, 6.0, 20.0, 10.0)
 # Number of calls of a frozen function: the first two may record, the others replay.
 FROZEN_CALLS = 4
 
@@ -81,9 +81,13 @@ def numbers(unevaluated: list) -> list[np.ndarray]:
 
 
 def largest_error(ours: list[np.ndarray], theirs: list[np.ndarray]) -> float:
-    """The largest difference, relative to the largest answer of the same quantity; NaN counts as infinity."""
+    """The largest difference, relative to the largest answer of the same quantity; NaN counts as infinity.
+
+    The answers of each quantity are arrays in both lists. The divisor is at least 1e-30, for answers that are all 0.
+    """
     errors = [np.abs(a - b).max() / max(np.abs(b).max(), 1e-30) for a, b in zip(ours, theirs)]
-    return float(np.nan_to_num(max(errors), nan=np.inf))
+    # Unlike `max`, NumPy's maximum is NaN if any error is.
+    return float(np.nan_to_num(np.max(errors), nan=np.inf))
 
 
 def eight(variant: str) -> dict:
@@ -107,18 +111,18 @@ def eight(variant: str) -> dict:
 def changed(variant: str) -> dict:
     """Compares a BSDF with a changed coherence length with a new one of that length.
 
-    `moved` is the largest change of an answer: if nothing changed, the check would prove nothing.
+    `moved` is the largest change of an answer by a new length. If nothing changed, the check would prove nothing.
     """
     use(variant)
     bsdf, asked = load(CHANGED), drawn(np.random.default_rng(18), COUNT)
     parameters = mi.traverse(bsdf)
     before = numbers(answers(bsdf, asked))
     errors, moved = [], 0.0
-    for length in LENGTHS:
-        parameters["coherence_length"] = length
+    for length_um in LENGTHS_UM:
+        parameters["coherence_length"] = length_um
         parameters.update()
         after = numbers(answers(bsdf, asked))
-        new = load({**CHANGED, "coherence_length": length})
+        new = load({**CHANGED, "coherence_length": length_um})
         errors.append(largest_error(after, numbers(answers(new, asked))))
         moved = max(moved, largest_error(after, before))
     return {"passed": max(errors) <= ROUNDING < moved, "error": max(errors), "moved": moved}

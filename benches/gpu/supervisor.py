@@ -54,20 +54,21 @@ def run_part(name: str, run: Run) -> dict:
     left = run.deadline - time.monotonic()
     if left < LEAST_S:
         return {"status": "not run", "error": "the time of the run was up", "seconds": 0.0, "rows": []}
-    limit = min(PARTS[name].limit_s, left)
+    limit_s = min(PARTS[name].limit_s, left)
     with TemporaryDirectory() as temporary:
         folder = Path(temporary)
         # The process appends a line of JSON for each check to `rows`.
         rows, log = folder / "rows", folder / "log"
         rows.touch()
         start = time.monotonic()
-        code = run_with_limit(child(name, run, rows), environment(name, folder), log, limit)
+        code = run_with_limit(child(name, run, rows), environment(name, folder), log, limit_s)
         seconds = round(time.monotonic() - start, 2)
         lines = [json.loads(line) for line in rows.read_text(encoding="utf-8").splitlines()]
         stderr = log.read_text(encoding="utf-8", errors="replace").strip()
     if stderr:
         print(stderr, file=sys.stderr, flush=True)
-    error = None if code in (0, FAILED) else failure(code, limit, stderr)
+    # The process ends with FAILED if a check failed, and passes only if a check ran.
+    error = None if code in (0, FAILED) else failure(code, limit_s, stderr)
     passed = code == 0 and bool(lines)
     return {"status": "passed" if passed else "failed", "error": error, "seconds": seconds, "rows": lines}
 
@@ -89,15 +90,15 @@ def environment(name: str, folder: Path) -> dict[str, str]:
     return {**os.environ, **empty}
 
 
-def run_with_limit(command: list[str], environment: dict[str, str], log: Path, limit: float) -> int | None:
-    """Runs a process with a limit in seconds and its standard error in the file `log`.
+def run_with_limit(command: list[str], environment: dict[str, str], log: Path, limit_s: float) -> int | None:
+    """Runs a process with a time limit and its standard error in the file `log`.
 
     Returns the exit status: negative after a signal, and `None` at the limit. Its children are ended in every case.
     """
     with log.open("wb") as stderr:
         process = subprocess.Popen(command, env=environment, cwd=REPOSITORY, stderr=stderr, start_new_session=True)
         try:
-            return process.wait(timeout=limit)
+            return process.wait(timeout=limit_s)
         except subprocess.TimeoutExpired:
             return None
         finally:
@@ -113,20 +114,20 @@ def end_group(process: subprocess.Popen) -> None:
     process.wait()
 
 
-def failure(code: int | None, limit: float, stderr: str) -> str:
+def failure(code: int | None, limit_s: float, stderr: str) -> str:
     """The message for a process that crashed, exceeded its limit, or failed outside the checks."""
     if code is None:
-        return f"ended at its limit of {limit:.0f} s"
+        return f"ended at its limit of {limit_s:.0f} s"
     if code < 0:
         return f"ended by {signal.Signals(-code).name}"
     return stderr.splitlines()[-1] if stderr else f"exit status {code}"
 
 
 def gathered(results: dict[str, dict], machine: dict, file: Path) -> dict:
-    """The results, merged with those in `file` if these are from the same card or this machine has no card.
+    """The description of the machine and the results by part, as `{"machine": …, "parts": …}`.
 
-    A machine without a card only adds comparisons of the card's pictures, so the description of the card's machine
-    stays.
+    They are merged with those in `file` if these are from the same card or this machine has no card. A machine without
+    a card only adds comparisons of the card's pictures, so the description of the card's machine stays.
     """
     if not file.exists():
         return {"machine": machine, "parts": results}

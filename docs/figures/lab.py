@@ -131,7 +131,7 @@ def as_drawn(sample: Sample) -> Sample:
 
 
 def scans() -> list[Sample]:
-    """The scans, if present, turned so that the waves of one period lie in the plane of incidence.
+    """The scans, if present, turned so that the wave vector of one period lies in the plane of incidence.
 
     Both skins have fingers, long parallel ridges. The period is that across the fingers of Elaphe, and that of the rows
     of fingers of Xenopeltis.
@@ -158,7 +158,7 @@ def scans() -> list[Sample]:
 
 
 def period(skin: dict, axis: str) -> dict:
-    """The dominant period along `axis` of the heights: `period_um`, and `direction_deg` of its waves from +x.
+    """The dominant period along `axis` of the heights: `period_um`, and `direction_deg` of its wave vector from +x.
 
     The rotation of the skin is ignored.
     """
@@ -208,6 +208,7 @@ def write_photograph(sample: Sample, bsdf: mi.BSDF, spacing_um: float, path: Pat
     # The check takes small values for a black picture, so the mean is scaled to 1.
     check(pixels / pixels.mean(), sample.name)
     brightest = pixels.max(axis=-1)
+    # Exposure that brings the fraction `clipped` of the lit pixels to 1 or above.
     stops = -np.log2(np.quantile(brightest[brightest > 0], 1 - sample.clipped))
     image = Image.fromarray(tone_mapped(pixels, float(stops)))
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=13)
@@ -265,6 +266,8 @@ def figures() -> dict:
 
 def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
     """The sample's `spots`, which are rows of `measured`, and their distances from the grating equation.
+
+    There must be at least one spot, and each must reach the screen's plane with the wrong period, too.
 
     - `worst_mm`, `rms_mm`: the largest and the rms distance on the screen. `worst_deg` is the largest difference of
       angles.

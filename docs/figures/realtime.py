@@ -32,7 +32,7 @@ REPEATS = 25
 # Factor on the cells of the snake's default mesh along each direction, for the finer mesh.
 FINE_RESOLUTION = 4
 # Shading times in ms of one frame by the method `table` and by three experimental shaders, which are not in the
-# repository. They are constants from a single session and show that reads of the table dominate. The experiments
+# repository. They are constants from a single measurement and show that reads of the table dominate. The experiments
 # replaced the reads by constants, read from a texture, or read four words at a time.
 TRIED_MS = {"as it is": 9.1, "constants": 3.5, "texture": 10.6, "four words at a time": 11.5}
 
@@ -101,7 +101,8 @@ def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:
 def frame(folder: Path, mesh: Path) -> dict:
     """Milliseconds on the GPU of a frame, `ms`, and of each of its stages, `stages_ms`.
 
-    The frame is the snake with `xenopeltis` by the default method, `table`.
+    The result also has the GPU's name, and the numbers of triangles and of shaded pixels. The frame is the snake with
+    `xenopeltis` by the default method, `table`.
     """
     report = render(folder, "--mesh", mesh, "--preset", "xenopeltis", "--size", FRAME, "--repeat", REPEATS)
     return {

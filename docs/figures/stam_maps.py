@@ -1,9 +1,9 @@
 """Stam's shader of GPU Gems and FLSS in BRDF maps at normal incidence: peak angles and symmetry.
 
-The shader, *GPU Gems' form*, has a peak of each colour channel in each order n, a bump. It is centred where d|u|/n is a
-fixed wavelength; d is the spacing, and u the x component of wi + wo, the directions to light and viewer
-(docs/realtime.md#stam-and-the-shader-of-gpu-gems). FLSS is the reference (docs/realtime.md). A map's pixels are
-direction sines in [−1, 1]².
+The shader is called *GPU Gems' form*. In each order n, each colour channel has a peak, its *bump*. A bump is centred
+where d|u|/n is a fixed wavelength. d is the spacing of the grooves, and u the x component of wi + wo, the directions to
+light and viewer (docs/realtime.md#stam-and-the-shader-of-gpu-gems). The method FLSS is the reference
+(docs/realtime.md). A map's pixels are direction sines in [−1, 1]².
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from .rgb_against_spectral import LUMINANCE
 PEAKS_SIZE = 401
 # Side of the maps for symmetry in pixels; odd, so that the middle column belongs to neither half.
 SYMMETRY_SIZE = 101
-# Centres of GPU Gems' bumps as wavelengths, for red, green and blue.
+# Centres of GPU Gems' bumps as wavelengths, for red, green and blue (`src/methods/stam_gems.rs`).
 GEMS_TOPS_UM = (0.875, 0.75, 0.625)
-# Range of wavelengths of an order in GPU Gems' form, in which its peak is searched.
+# Range of wavelengths of an order in GPU Gems' form, in which its peak is searched: centres ± half widths of 0.125 µm.
 GEMS_RANGE_UM = (0.5, 1.0)
 # Range of wavelengths of an order in FLSS, in which its peak is searched: the visible range.
 FLSS_RANGE_UM = (0.38, 0.78)
@@ -58,7 +58,10 @@ def brdf_map(folder: Path, skin: dict, size: int, options: dict) -> np.ndarray:
 
 
 def peaks(pixels: np.ndarray, spacing_um: float, range_um: tuple[float, float]) -> Peaks:
-    """Peaks of order 1 on the +x side of a map's middle row, for a spacing and light in the range `range_um`."""
+    """Peaks of order 1 on the +x side of a map's middle row, for a spacing and wavelengths in the range `range_um`.
+
+    The spacing must exceed the shortest of them, and no channel may be constant about its peak.
+    """
     size = len(pixels)
     row, sine = pixels[size // 2], (np.arange(size) + 0.5) * 2 / size - 1
     # Pixels of the first order, where sin θ = λ/d. A pixel is 2/size wide.
@@ -105,7 +108,10 @@ def disc_peaks(folder: Path, spacing_um: float, demo_um: float) -> dict:
 
 
 def right_over_left(pixels: np.ndarray) -> float:
-    """Luminance of the right half of a map (rows, columns, 3) over that of the left half, without the middle column."""
+    """Ratio of the luminances of a map's right and left halves, without the middle column.
+
+    The map is (rows, columns, 3) in linear sRGB.
+    """
     luminance = pixels @ LUMINANCE
     half = pixels.shape[1] // 2
     return float(luminance[:, half + 1 :].sum() / luminance[:, :half].sum())

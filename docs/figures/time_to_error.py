@@ -90,9 +90,9 @@ def seconds_to_error(seconds: float, error: float, aim: float = ERROR) -> float:
 def fitting_size(seconds_of: Callable[[tuple], float], limit_s: float, sizes: tuple = SIZES) -> tuple[int, int]:
     """The largest of the ascending `sizes` whose render takes at most `limit_s`; the smallest if none does.
 
-    `seconds_of` renders a size and returns its time. The search goes up from the smallest size. It predicts times of
-    larger sizes as proportional to pixels. A fixed cost makes the prediction too large, which leads to more steps but
-    never to too large a picture.
+    `seconds_of` renders a size and returns its time; the last size that it renders is the result. The search goes up
+    from the smallest size. It predicts times of larger sizes as proportional to pixels. A fixed cost makes the
+    prediction too large, which leads to more steps but never to too large a picture.
     """
     index = 0
     while True:
@@ -137,7 +137,7 @@ def resize(scene: mi.Scene, size: tuple[int, int]) -> None:
 
 
 def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> dict:
-    """Measures a cell in about `budget_s` seconds; `ways` has the result of `material_rows`.
+    """Measures a cell in about `budget_s` seconds; `ways` has the rows of its materials (`material_rows`).
 
     The order of the steps: BSDFs and scenes of all materials are loaded, the size of each material's pictures is
     chosen, rounds are timed, and materials with larger pictures are rendered at the smallest size for their errors.
@@ -210,7 +210,7 @@ def material_rows(runs: dict[str, list[Render]], pictures: dict[str, list[np.nda
     `rendered_s` is the median time of a render. `seconds` and all other times are scaled to NOMINAL_PIXELS.
     `time_ratio` has median, minimum and maximum of the ratios of times within a round, at equal samples per pixel.
     `cpu_ratio` is that of CPU seconds, which other programs hardly affect. `error_time_ratio` is that of times to equal
-    relative error, each against its own converged picture.
+    relative error, each against the mean of its own pictures.
     """
     wall, cpu, found = {}, {}, []
     for name, of_material in runs.items():

@@ -62,9 +62,10 @@ INDEX_NM = 550.0
 TABLED_LIGHTS = 30
 # Seed of the random lights, an arbitrary number.
 SEED = 5
-# Largest accepted rms and 99th percentile of a table's errors in silver, which has sharp plasmon anomalies.
+# Largest accepted rms and 99th percentile of the errors of tables in silver, which has sharp plasmon anomalies. Larger
+# values would accept a worse interpolation.
 TABLE_MAX_SILVER = (0.008, 0.03)
-# Largest accepted rms and 99th percentile of a table's errors in the other media.
+# Largest accepted rms and 99th percentile of the errors of tables in each of the other media.
 TABLE_MAX = (0.004, 0.015)
 # Periods of the swept gratings.
 PERIODS_UM = (1.25, 2.5, 5.0)
@@ -90,7 +91,7 @@ def summary(errors: np.ndarray) -> dict:
 
 
 def errors_of(theory: str, group: list[tuple[Judged, dict]]) -> np.ndarray:
-    """Errors of a theory in all orders of some answers of judges, which are paired with their `powers`.
+    """Errors of a theory in all orders, over pairs of a judge's answer and its `powers`.
 
     `powers` gives the fractions of the light in the orders by theory.
     """

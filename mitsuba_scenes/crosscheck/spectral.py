@@ -67,10 +67,11 @@ def _responses(quadrature: Quadrature) -> list[tuple[np.ndarray, np.ndarray]]:
     offset = np.linspace(-1, 1, NODES_PER_TRIANGLE)
     # All arrays are (wavelengths, positions).
     nm = quadrature.wavelengths_nm[:, None] + quadrature.step_nm * offset
-    light = np.interp(nm, *_d65()) * (1 - np.abs(offset))
-    light_integral = light.sum(axis=1) * quadrature.step_nm * (offset[1] - offset[0])
+    d65_times_triangle = np.interp(nm, *_d65()) * (1 - np.abs(offset))
+    # The trapezium rule; the integrand is 0 at both ends.
+    integral = d65_times_triangle.sum(axis=1) * quadrature.step_nm * (offset[1] - offset[0])
     # (channels, wavelengths).
-    weights = quadrature.weights.T / light_integral
+    weights = quadrature.weights.T / integral
     signed = [(sign * np.eye(3)[c], np.maximum(sign * weights[c], 0.0)) for c in range(3) for sign in (1, -1)]
     return [(signs, response) for signs, response in signed if response.any()]
 

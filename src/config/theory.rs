@@ -55,6 +55,7 @@ impl SurfaceConfig {
             ("obliquity", self.obliquity != ObliquityChoice::Auto, scalar_only),
         ];
         refuse_contradictions(other, &checks)?;
+        // These presets vary along y, too. A file is checked when its profile is read.
         match self.source() {
             Source::Preset(Preset::Cd | Preset::Elaphe | Preset::Xenopeltis) => contradiction(
                 "preset",

@@ -10,7 +10,7 @@ use std::ops::RangeInclusive;
 pub const BODY_ETA: RangeInclusive<f64> = 1.2..=4.0;
 
 impl SurfaceConfig {
-    /// The transparent body below the relief; `None` for a surface that only reflects.
+    /// The transparent body below the relief; `None` for a surface that only reflects, and without `eta`.
     pub fn body(&self) -> Option<TransparentBody> {
         let is_film = match self.transmission {
             Transmission::None => return None,
@@ -45,6 +45,7 @@ impl SurfaceConfig {
         let Some(eta) = self.eta else {
             return contradiction("transmission", "the absence of \"eta\"", "give the index of the dielectric");
         };
+        // Parameter, whether it contradicts, and why.
         let checks = [
             ("k", self.k.is_some_and(|k| k > 0.0), "a body that transmits does not absorb; leave it out"),
             ("cover_eta", self.cover_eta.is_some(), "a relief that transmits is bare; leave it out"),

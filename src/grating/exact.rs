@@ -3,7 +3,8 @@
 //!
 //! e_m is the efficiency of order m, and K its Gaussian of standard deviation σ about the frequency `f_m = (m/d, 0)`. f
 //! is the frequency of the pair of directions. The incident wave has the wave number `a` along x, in units of 2π over
-//! the period d. Order m has `a + m`, and propagates where its magnitude is below t (in a medium: tm).
+//! the period d. Order m has `a + m`, and propagates where its magnitude is below t (in a medium: tm). Gaussians end at
+//! `REACH` standard deviations.
 
 use super::GratingError;
 use super::lobe::REACH;
@@ -93,7 +94,7 @@ impl ExactGrating {
     /// # Errors
     /// The errors of [`ExactGrating::eval`].
     fn eval_at_body(&self, body: TransparentBody, wi: Vec3, wo: Vec3, nm: f64) -> Result<f64, GratingError> {
-        // Directions along the horizon carry no light.
+        // Directions along the horizon and directions that are not finite carry no light.
         if [wi, wo].iter().any(|w| w[2] == 0.0 || w.iter().any(|c| !c.is_finite())) {
             return Ok(0.0);
         }
@@ -114,8 +115,8 @@ impl ExactGrating {
         // Bounds of |a| and |a + m| for waves that propagate in the media of wi and wo.
         let bounds = indices.map(|index| periods * (index * index - y * y).max(0.0).sqrt());
         let tm = periods * (body.eta * body.eta - y * y).max(0.0).sqrt();
-        // |ky|/k exceeds 1 for light in the medium that is totally reflected. The check is for at most 1, which is
-        // stricter.
+        // |ky|/k exceeds 1 for light in the medium that is totally reflected. The check accepts at most 1, and is
+        // stricter for smaller values.
         check_size(&self.profile, &medium_at(self.index.as_ref(), nm)?, nm, y.abs().min(1.0))?;
         let mut sum = 0.0;
         let (first, last) = (frequency_x - REACH * sigma, frequency_x + REACH * sigma);
@@ -191,6 +192,7 @@ impl ExactGrating {
             }
             resolution.nodes *= 2;
         }
+        // b is `a` up to an integer.
         Err(GratingError::Unbalanced { t, b: a, wavelength_nm: nm, nodes, balance })
     }
 }

@@ -12,9 +12,11 @@
 //!
 //! The code has frequencies in units of 1/d, in which order m has the frequency m. `periods` is d/λ. `inverse_sigma` is
 //! 1/(dσ), the reciprocal of the Gaussian's standard deviation in this unit. Efficiencies depend on the incident wave:
-//! on its wave number `a` along x, and on `t`, the largest that propagates, in units of 2π/d (symbols: `mod.rs`).
+//! on its wave number `a` along x, and on `t`, the largest wave number along x that propagates, in units of 2π/d
+//! (symbols: `mod.rs`). A *channel* is an order on one side of the relief, and a *row* of the table has the
+//! efficiencies from one incident channel to every channel.
 //!
-//! At a body that transmits both directions may lie on either side, and `f_r` is the power per solid angle and
+//! At a body that transmits, both directions may lie on either side, and `f_r` is the power per solid angle and
 //! `|cosθo|` of light from `wi` to `wo`. Efficiencies depend on both sides, too. At a film all directions are in air,
 //! so the formulas are the same. Below an interface directions lie in the medium of index n: they enter `f` times n,
 //! and `f_r` has the factor n² of the outgoing medium, because a solid angle covers `n²|wo.z|/λ²` of the plane of
@@ -58,7 +60,7 @@ pub struct GratingLobe<'a, N: Numbers> {
 
 /// One order between two directions.
 struct OrderAt<'a, N: Numbers> {
-    /// Channels, the orders on either side of the relief, at the incident wave.
+    /// Channels at the incident wave.
     channels: &'a Channels<N>,
     /// Channels of incident and outgoing light.
     pair: [N::Index; 2],
@@ -127,7 +129,7 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         let total = view.row_total(&row, &channels, active);
         let is_below = view.is_below(wo);
         let [weighted] = self.sum_kernels(wi, wo, nm, active, |m, active| {
-            // Draws may select an order that does not propagate, whose Gaussian reaches into the horizon.
+            // Draws may select an order that does not propagate, but whose Gaussian reaches directions that do.
             let (channel, is_tabulated) = channels.tabulated(m, is_below);
             [N::Real::select(is_tabulated, view.entry(&row, channel, active & is_tabulated), zero)]
         });
@@ -138,7 +140,7 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
 
     /// Draws an order by its efficiency, then a direction within the order's Gaussian. The result is the zero vector
     /// where the direction falls below the horizon. At a body that transmits, the order's side is drawn with it, and z
-    /// has its sign.
+    /// has its sign; the side of `choose` is for the uniform part alone.
     #[inline(always)]
     fn draw(
         &self,
@@ -163,7 +165,7 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         );
         let (m, is_below) = channels.order(channel);
         let wavelength_um = nm * real(1e-3);
-        // Standard deviation of the tangential part of the wave vector over the wave number in vacuum.
+        // Standard deviation of the tangential part of the wave vector, divided by the wave number in vacuum.
         let sigma = wavelength_um * real(self.layout.sigma_per_um);
         let [offset_x, offset_y] = [1, 2].map(|i| normal_quantile(u[i]) * sigma);
         // With tangential parts k of wi and wo, times their indices, order m leaves at ko = (mλ/d − ki.x, −ki.y).
@@ -241,6 +243,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let half = N::Double::lit(0.5);
         let periods = self.periods(nm);
         let [[in_x, in_y], [out_x, out_y]] = [wi, wo].map(|w| self.layout.efficiencies.tangential::<N>(w));
+        // ky/k with the wave number k in vacuum; in a medium its magnitude can exceed 1.
         let groove_cosine = (out_y - in_y) * half;
         // Sum of the wave numbers of incident and outgoing wave, a + (a + m), which the move leaves as it is.
         let sum_of_a = (out_x - in_x) * periods;

@@ -82,6 +82,7 @@ impl<N: Numbers> SpectralLobe<'_, N> {
     }
 }
 
+/// The lobe reflects from above, as the provided methods assume.
 impl<N: Numbers> Sides<N> for SpectralLobe<'_, N> {}
 
 impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
@@ -101,8 +102,8 @@ impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
     fn value(&self, pair: &Directions<N>, nm: N::Real, active: N::Mask) -> N::Real {
         let reading = self.reading(nm);
         let (frequency, kappa) = pair.scattering.at(&reading);
-        let density = self.table().density_of(frequency, kappa, reading.window, active);
-        let undivided = pair.scattering.factor * density / reading.squared_um();
+        let power_um2 = self.table().density_of(frequency, kappa, reading.window, active);
+        let undivided = pair.scattering.factor * power_um2 / reading.squared_um();
         let value = match &pair.albedo {
             None => undivided,
             Some((albedo, [at_wi, at_wo])) => undivided * albedo.factor_at(at_wi, at_wo, &reading, active),
@@ -124,7 +125,7 @@ impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
         u: [N::Real; 3],
         active: N::Mask,
     ) -> [N::Real; 3] {
-        // The sampler needs two of the three random numbers.
+        // The lobe only reflects, so `_to_below` is false. The sampler needs two of the three random numbers.
         self.sampler().sample(wi, &self.reading(nm), [u[1], u[2]], active)
     }
 }

@@ -15,6 +15,7 @@ fn bessel_j(argument: f32, count: u32, values: ptr<private, array<f32, TERMS_MAX
     let x = max(argument, DIVISOR_MIN);
     // Even k at which the recurrence starts; bessel.rs gives the reason for its distance from x.
     let start = 2u * u32(0.5 * (x + 6.0 * pow(x, 1.0 / 3.0) + 2.0)) + 2u;
+    // Beyond the start J_k is negligible.
     for (var k = start + 1u; k < count; k++) {
         (*values)[k] = 0.0;
     }

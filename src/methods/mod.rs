@@ -13,10 +13,10 @@
 //!
 //! Methods compute in single precision throughout, as on the GPU. Tests compare them with [`crate::lobe::Exact`].
 //!
-//! [`build`] builds a method for a height field. The published methods evaluate a single window at a fixed position
-//! over a tile that repeats (`model = patch`, `tiling = periodic`) and support nothing else. The [`ColourTable`]
-//! supports both models and tilings, and is the only method that can conserve energy. `GratingColourSurface`, a grating
-//! by Maxwell's equations, is also a method.
+//! [`build`] builds a method for a height field. The published methods, [`Flss`], [`Nmm`], [`Pq`], [`Stam`] and
+//! [`StamGems`], evaluate a single window at a fixed position over a tile that repeats (`model = patch`,
+//! `tiling = periodic`), and support nothing else. The [`ColourTable`] supports both models and tilings, and is the
+//! only method that can conserve energy. `GratingColourSurface`, a grating by Maxwell's equations, is also a method.
 
 mod bessel;
 mod build;
@@ -173,8 +173,8 @@ const WAVELENGTH_MAX_UM: f32 = (1e-3 * OBSERVER_RANGE_NM.1) as f32;
 /// a number near 1 in single precision.
 const DIVISOR_MIN: f32 = crate::scattering::COSINE_MIN as f32;
 
-/// Whether `q` can belong to a query, a pair of unit vectors above the surface, as their sum; with room for rounding.
-/// False where it is not finite.
+/// Whether `q` can be the sum of a query, a pair of unit vectors above the surface, with room for rounding. False where
+/// it is not finite.
 fn is_query(q: [f32; 3]) -> bool {
     q[2] > 0.0 && q.iter().map(|c| c * c).sum::<f32>() <= SUM_SQUARED_MAX
 }

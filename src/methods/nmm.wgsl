@@ -4,8 +4,8 @@
 // along x and a list λ = |v|·Ly/n along y, for whole n. Here q = (u, v, w) = wi + wo, and (Lx, Ly) is the extent of the
 // tile in µm. With the spans |u|·Lx and |v|·Ly,
 //     rgb = Σ S(λ)·line_width·density(λ) / (sum of the spans),
-// where S is the power spectrum in µm² (`order_density`) and density(λ) is `colour_density`. An axis without a list has
-// no span in the sum.
+// where S is the power spectrum in µm² (`order_density` in orders.wgsl) and density(λ) the weight of each channel per
+// µm (`colour_density` in colours.wgsl). An axis without a list has no span in the sum.
 
 // Wavelength in µm of the white answer near q.xy = 0, where neither axis has a list: the middle of the visible range. A
 // test compares the value with that in Rust.
@@ -29,7 +29,7 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
         return vec3<f32>();
     }
     let span_um = abs(q.xy) * nmm.grid.extent_um;
-    // Whether an axis has a list: orders other than 0 are stored, and the span reaches the first of them.
+    // Whether an axis has a list: orders other than 0 are stored (`reach`), and the span reaches the first of them.
     let listed = (nmm.grid.reach > vec2<i32>()) & (span_um >= vec2<f32>(WAVELENGTH_MIN_UM));
     let span_sum_um = dot(select(vec2<f32>(), span_um, listed), vec2<f32>(1.0));
     if span_sum_um == 0.0 {
@@ -42,6 +42,7 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     var rgb = vec3<f32>();
     for (var axis = 0; axis < 2; axis++) {
         if listed[axis] {
+            // A listed span is positive, so n is at least 1.
             let first = u32(ceil(span_um[axis] / WAVELENGTH_MAX_UM));
             let last = u32(floor(span_um[axis] / WAVELENGTH_MIN_UM));
             for (var n = first + answer_part; n <= last; n += answer_parts) {

@@ -116,7 +116,8 @@ impl Orders {
             neighbourhood: neighbourhood as u32,
             full_terms_kappa_h: match options.terms {
                 Some(_) => 0.0,
-                // Above the largest κH, at which `count` terms are summed: the zeros that fill up `terms` never are.
+                // For each unit of κH below this number, one term less is summed. At the largest κH `count` terms are
+                // summed, and never the zeros that fill up `terms`.
                 None => (kappa_h_max(transform.half_range_um()) + (terms - count) as f64) as f32,
             },
         };
@@ -203,6 +204,7 @@ impl Orders {
     fn is_reached(&self, position: [f32; 2]) -> bool {
         let exponent = |axis: usize| {
             let reach = self.grid.reach[axis] as f32;
+            // The position rounded to a whole number.
             let nearest = (position[axis] + ROUNDING_BIAS) - ROUNDING_BIAS;
             let distance = position[axis] - nearest.max(-reach).min(reach);
             self.grid.sharpness[axis] * distance * distance
@@ -306,8 +308,8 @@ fn term_count(half_range_um: f64, tolerance: f64, options: &MethodOptions) -> Re
     needed.filter(|terms| *terms <= TERMS_MAX).ok_or(MethodError::TooManyTerms { kappa_h, limit: TERMS_MAX })
 }
 
-/// Number of orders along an axis with which the Gaussians left out are below half the tolerance. The nearest of these
-/// is at least half the number n away, so `exp(−sharpness·(n/2)²) = tolerance/2`.
+/// Number n of orders along an axis with which the Gaussians left out are below half the tolerance. The nearest of
+/// these is at least n/2 away, so `exp(−sharpness·(n/2)²) = tolerance/2`.
 fn orders_needed(sharpness: f64, tolerance: f64) -> f64 {
     let needed = 2.0 * ((0.5 * tolerance).recip().ln() / sharpness).sqrt();
     needed.ceil().max(1.0)

@@ -188,6 +188,7 @@ macro_rules! real_items {
         }
         #[inline(always)]
         fn fma(self, b: Self, c: Self) -> Self {
+            // Not fused: the product is rounded, too.
             self * b + c
         }
         #[inline(always)]

@@ -2,7 +2,8 @@
 //! for every family of numbers.
 //!
 //! ```text
-//! ε     squared index (eta + i·k)²
+//! θ     angle of incidence, in air
+//! ε     squared index (eta + i·k)² of the medium below
 //! t     √(ε − sin²θ) = a + ib, normal component of the transmitted wave vector over the wave number in air
 //! r_s   (cosθ − t)/(cosθ + t)
 //! r_p   (ε cosθ − t)/(ε cosθ + t) = −r_s · (t cosθ − sin²θ)/(t cosθ + sin²θ)
@@ -49,7 +50,7 @@ pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
     let b_squared = b * b;
     // |(x − y)/(x + y)|² from the real parts `difference` and `sum`, and the square of the imaginary parts, which are
     // opposite. Squares of differences do not cancel for indices near one, as differences of squares would. Equal media
-    // at grazing incidence would have 0/0, and get 0.
+    // at grazing incidence would give 0/0; the bound on the divisor makes it 0.
     let ratio = |difference: R, sum: R, imaginary_squared: R| {
         difference.fma(difference, imaginary_squared) / sum.fma(sum, imaginary_squared).max(lit(SQUARED_MODULUS_MIN))
     };

@@ -11,8 +11,8 @@
 //! ```
 //!
 //! The equation resizes the coherence window with the pattern, so that orders keep their width relative to their
-//! distance. A surface whose table nodes are single orders can keep its window instead ([`Reading::window`]). Orders
-//! are then narrower by s in the tables' units, and the divisor is λ².
+//! distance. A surface whose table nodes are single orders can keep its window instead ([`Reading::window`]). The width
+//! of orders is then multiplied by s in the tables' units, and the divisor is λ².
 
 use crate::numeric::{Number, Numbers, Real};
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
@@ -55,7 +55,7 @@ pub(crate) const SLAB_PHASE: f64 = 3.0;
 pub(crate) const SLAB_PHASE_OF_RIDGES: f64 = 0.5;
 
 impl SizeRange {
-    /// Range of log λ', relative to the range of log λ of the tables.
+    /// Width of the range of log λ', divided by that of log λ of the tables.
     pub(crate) fn wavelength_ranges(&self) -> f64 {
         let log_range = (WAVELENGTH_MAX_NM / WAVELENGTH_MIN_NM).log2();
         1.0 + (self.scale[1] / self.scale[0]).log2() / log_range
@@ -136,7 +136,8 @@ impl<N: Numbers> Reading<N> {
     }
 
     /// Frequency `f = (u, v)/λ'` in cycles/µm and phase rate `κ = 2πw/λ"` in rad/µm of a look-up. `tangential` is the
-    /// part (u, v) of a scattering vector, and `normal` its part w.
+    /// part (u, v) of a scattering vector, and `normal` its part w. Frequencies are of double precision, since orders
+    /// are much narrower than their distance from the origin.
     #[inline(always)]
     pub(crate) fn arguments(&self, tangential: [N::Double; 2], normal: N::Real) -> ([N::Double; 2], N::Real) {
         let depth_um = self.for_kappa_nm() * N::Real::lit(1e-3);

@@ -6,8 +6,7 @@
 use super::{ComplexIndex, Obliquity, Reading, angular_factor, floored_cosines, fresnel_of_family, small_slope};
 use crate::numeric::{Numbers, Real};
 
-/// Wavelength in µm that stands for the visible range, in whose middle it lies. Numbers and widths of orders are
-/// taken at it.
+/// Wavelength in µm in the middle of the visible range. Numbers and widths of orders are taken at this wavelength.
 pub(crate) const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
 
 /// Scattering vector `q` of a pair of directions, with the factors that depend on directions only.

@@ -25,9 +25,9 @@ const FLOATS_MAX: usize = u32::MAX as usize;
 /// Smallest knot spacing that is tried, as a fraction of the first. Rounding keeps the error above about 1e-6, so finer
 /// knots would not help.
 const REFINEMENT_MIN: f64 = 0.2;
-/// Lower bound of a build's spacing over that of the build before. It applies where the error is more than 0.4⁻⁴ = 39
-/// times that aimed at. The fourth-power law of the error does not hold there, and would take more knots than needed
-/// (preset `blazed`: 25 instead of 20).
+/// Lower bound of a build's spacing, relative to that of the build before. It applies where the error is more than
+/// 0.4⁻⁴ = 39 times that aimed at. The fourth-power law of the error does not hold there, and would take more knots
+/// than needed (preset `blazed`: 25 instead of 20).
 const REFINEMENT_STEP: f64 = 0.4;
 /// Fraction of the allowed error that the next spacing aims at. A smaller one costs knots, a larger one further builds.
 const REFINEMENT_AIM: f64 = 0.7;
@@ -103,6 +103,7 @@ pub struct Built {
 pub fn build(spectrum: &Spectrum, tolerance: f64, progress: &Progress) -> Result<Built, TableError> {
     let start = Instant::now();
     let target = spline_tolerance(spectrum.lattice(), tolerance);
+    // Spacings of knots are in units of 1/bandwidth (`knots.rs`).
     let first_spacing = first_spacing(spectrum.lattice(), tolerance);
     let mut spacing = first_spacing;
     let mut progress = progress.clone();
@@ -317,8 +318,10 @@ impl<'a> Build<'a> {
         let knots: [usize; ERROR_KAPPAS] = [0, middle / 2, middle];
         for knot in knots {
             let kappa = (knot as f64 + 0.5) * self.kappa_step;
+            // No pair of directions has a κ above KAPPA_MAX, so these nodes are then not used.
             let nodes = self.spectrum.nodes(kappa.min(KAPPA_MAX));
-            // Every `stride`-th kept node: at most ERROR_SAMPLES of them.
+            // Every `stride`-th kept node, at most ERROR_SAMPLES of them. Node 0 is always kept, so `stride` is at
+            // least 1.
             let stride = self.kept.len().div_ceil(ERROR_SAMPLES);
             errors.par_extend(self.kept.par_iter().step_by(stride).filter_map(|node| {
                 // Positions off the nodes, by different fractions along x and y of the spacing or the kernel's width.
@@ -326,7 +329,8 @@ impl<'a> Build<'a> {
                 let px = at(node.index % x.nodes(), x.reach, 0.3 * x.sigma.min(1.0));
                 let py = at(node.index / x.nodes(), y.reach, 0.4 * y.sigma.min(1.0));
                 let f = [px / x.period_um, py / y.period_um];
-                // Only where a pair of directions has this frequency and κ.
+                // Only where a pair of directions has this frequency and κ: (2πf, κ) is their scattering vector times
+                // 2π/λ, no longer than KAPPA_MAX.
                 let occurs = TAU * (f[0] * f[0] + f[1] * f[1]).sqrt().hypot(kappa / TAU) <= KAPPA_MAX;
                 if !occurs || !table.is_resolved(f) {
                     return None;

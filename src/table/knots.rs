@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 pub(super) const KAPPA_MAX: f64 = TAU * FREQUENCY_MAX_PER_UM;
 
 /// Number of knots beyond either end of the κ range. The boundary conditions at the spline's ends reach into the range
-/// with `|p|⁶ ≈ 4e-4` of their error, where p is the pole of `spline.rs`.
+/// with `|p|⁶ ≈ 4e-4` of their error, where p is the pole of `spline.rs`. Fewer knots leave more of it.
 pub(super) const EXTRA_KNOTS: i64 = 6;
 
 /// First knot spacing at a tolerance of 1, in units of 1/bandwidth. The error of a cubic B-spline goes as the fourth
@@ -69,7 +69,8 @@ pub(super) fn nearest_frequency(axis: &LatticeAxis, node: f64) -> f64 {
 }
 
 /// Length in floats of a record that look-ups read up to the whole knot `last_knot`: a header, and the coefficients of
-/// the knots from −1 to `last_knot + 2`. Their number is rounded up to even, since packing takes pairs.
+/// the knots from −1 to `last_knot + 2`. Their number is rounded up to even, since packing takes pairs. Numbers are
+/// floating-point, as in `estimate.rs`.
 pub(super) fn record_floats(quantity: NodeQuantity, last_knot: f64) -> f64 {
     let pairs = (0.5 * (last_knot + 4.0)).ceil();
     HEADER as f64 + 2.0 * pairs * quantity.components() as f64

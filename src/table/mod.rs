@@ -10,6 +10,8 @@
 //! | `P_j(κ)`, `D_j(κ)` | power and complex amplitude of node j, dimensionless |
 //! | `norm` | factor in µm² that makes S a density over frequency |
 //!
+//! S depends on the model of coherence ([`Model`]):
+//!
 //! - *ensemble*: `S(f; κ) = norm · Σ_j e_j · P_j(κ)`,
 //! - *patch*: `S(f; κ) = norm · |Σ_j e_j · D_j(κ)|²`.
 //!
@@ -71,7 +73,7 @@ use std::ops::RangeInclusive;
 pub const WAVELENGTH_MIN_NM: f64 = 360.0;
 /// Longest tabulated wavelength in nm: the upper end of Mitsuba's spectra (`MI_CIE_MAX`).
 pub const WAVELENGTH_MAX_NM: f64 = 830.0;
-/// Largest spatial frequency `|f|` of any pair of directions, in cycles/µm: `|wi + wo| ≤ 2` over the shortest
+/// Largest spatial frequency `|f|` of any pair of directions, in cycles/µm: `|wi + wo| ≤ 2` divided by the shortest
 /// wavelength.
 pub const FREQUENCY_MAX_PER_UM: f64 = 2e3 / WAVELENGTH_MIN_NM;
 /// Accepted coherence lengths in µm. The range is wider than that of useful values at both ends.

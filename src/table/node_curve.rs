@@ -1,6 +1,7 @@
 //! Evaluation of a [`SpectralTable`]'s records: at one κ in double precision, and at several κ side by side.
 //!
-//! The formulas, and κ₀ in them, are those of [`SpectralTable`].
+//! The formulas, and κ₀ > 0 in them, are those of [`SpectralTable`]. A record is a header of [`HEADER`] floats,
+//! followed by spline coefficients; those of an amplitude are pairs of real and imaginary part.
 
 use super::spectral::{HEADER, NodeQuantity, SpectralTable};
 use crate::numeric::math::cubic_b_spline_weights;

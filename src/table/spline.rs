@@ -16,6 +16,7 @@ pub(crate) const POLE: f64 = -0.267_949_192_431_122_7;
 /// the first value continued before the first knot, and the last u after the last knot.
 pub(super) fn prefilter(values: &mut [f64]) {
     let n = values.len();
+    // The coefficient of a constant is its value.
     if n < 2 {
         return;
     }

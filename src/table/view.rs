@@ -4,7 +4,10 @@
 //! it reads the entry and the packets that contain four consecutive spline coefficients. Packets begin at multiples of
 //! their length, so six or eight coefficients are read, some with weights of zero: three packets of two or two of four.
 //! Symbols are those of the [module](super), formulas of a node those of [`super::SpectralTable`], and the words of
-//! entries and packets those of [`Format`].
+//! entries and packets those of [`Format`]. Either has a fixed number W of words: `gather::<W>(words, i)` reads the
+//! words W·i to W·i + W − 1.
+//!
+//! Numbers are either values or *recorded* variables, whose operations Dr.Jit compiles into kernels.
 
 use super::format::Format;
 use super::kernel::InterpolationKernel;
@@ -264,6 +267,7 @@ impl<N: Numbers> Curve<N> {
         let packet = N::index(t) >> shift;
         // Position in knots from that of the packet's first coefficient: coefficient i belongs to the knot i − 1.
         let offset = t - N::real(packet << shift) + lit(1.0);
+        // κ₀ is positive, so the divisors are, too.
         let knee_squared = lit(layout.kappa_knee * layout.kappa_knee);
         let squares = kappa.fma(kappa, knee_squared);
         let kappa_per_squares = kappa / squares;

@@ -20,7 +20,8 @@ pub(super) enum PluginError {
     /// An index that is out of range or whose wavelengths do not rise.
     #[error("parameters \"eta\" and \"k\": {0}")]
     Index(#[from] SpectralIndexError),
-    /// A value of a parameter that needs the index at each wavelength; the value `other` does not.
+    /// A value of a parameter that needs the index at each wavelength, which is not known. The parameter's value
+    /// `other` does not need it.
     #[error(
         "parameter {parameter:?} is {value:?}, which needs \"eta\" and \"k\" as numbers or spectra, not as textures or \
          colours, and not changed later; {other:?} does not"

@@ -1,6 +1,7 @@
 //! Conversion of panics into errors at the boundary to C and C++.
 //!
-//! Every function that foreign code calls runs its body in [`guard`], since unwinding into foreign code is undefined.
+//! Every function that foreign code calls runs its body in [`guard`], since unwinding into foreign code aborts the
+//! process or is undefined.
 //!
 //! ```
 //! use sunbeam_guard::{Panic, guard};

@@ -112,6 +112,7 @@ impl HeightField {
         if let Some(&(what, value_um)) = sizes.iter().find(|(_, value_um)| *value_um > limit_um) {
             return Err(HeightFieldError::TooLarge { what, value_um, limit_um });
         }
+        // Heights may be flat, so only the pixel sizes have a lower bound.
         match sizes[..2].iter().find(|(_, value_um)| *value_um < PIXEL_MIN_UM) {
             Some(&(what, value_um)) => Err(HeightFieldError::TooSmall { what, value_um, limit_um: PIXEL_MIN_UM }),
             None => Ok(()),

@@ -35,7 +35,7 @@ impl Random {
         (0..12).map(|_| self.unit()).sum::<f64>() - 6.0
     }
 
-    /// A smooth periodic field `[[iy, ix]]` of `nx × ny` pixels, with mean 0 and root mean square 1.
+    /// A smooth periodic field `[[iy, ix]]` of `nx × ny` pixels, at least one, with mean 0 and root mean square 1.
     ///
     /// The field is a sum of random waves of `kx` and `ky` periods over the tile along x and y. Their wave number
     /// `√(kx² + ky²)` is 1 to `max_wave`, which is at least 1. Amplitudes are normal numbers divided by the wave
@@ -80,8 +80,8 @@ impl Random {
         field
     }
 
-    /// Periodic white noise `[[iy, ix]]` of `nx × ny` pixels, with mean 0 and root mean square 1. It is blurred
-    /// `passes_x` times along x and `passes_y` times along y with the kernel (1 2 1)/4.
+    /// Periodic noise `[[iy, ix]]` of `nx × ny` pixels, with mean 0 and root mean square 1: independent uniform
+    /// numbers, blurred `passes_x` times along x and `passes_y` times along y with the kernel (1 2 1)/4.
     pub fn blurred_noise(&mut self, nx: usize, ny: usize, passes_x: usize, passes_y: usize) -> Array2<f64> {
         let mut field = Array2::from_shape_simple_fn((ny, nx), || self.unit() - 0.5);
         let mut next = field.clone();

@@ -26,7 +26,8 @@ const NODES_MIN: usize = WIDTH;
 pub(crate) const NODES_MAX: usize = 2048;
 /// Fewest nodes that [`Resolution::new`] returns. Fewer leave a larger error of the power balance.
 const NODES_DEFAULT: usize = 64;
-/// Fewest nodes for each Fourier harmonic of a smooth profile: the fields have higher harmonics than the relief.
+/// Fewest nodes for each Fourier harmonic of a smooth profile: the fields have higher harmonics than the relief. Fewer
+/// nodes resolve fewer of them.
 const NODES_PER_HARMONIC: usize = 8;
 /// Fewest nodes for each edge, on average over the edges: twice the smallest number on one edge.
 pub(crate) const NODES_PER_EDGE: usize = 2 * EDGE_NODES_MIN;
@@ -89,6 +90,7 @@ impl Resolution {
         };
         // A multiple of 4 is even, as Kress' weights require. The bound keeps the rounding within an integer's range.
         let nodes = least.max((per_wave * waves).min(i32::MAX.into()) as usize).next_multiple_of(4);
+        // More nodes than the maximum are refused in any case, and a perfect conductor has no lower medium.
         if nodes > NODES_MAX || *medium == Medium::Perfect {
             return Ok(Self { nodes, oversampling: 1 });
         }
@@ -219,11 +221,12 @@ impl Discretisation {
         Ok(())
     }
 
-    /// Matrix D of the derivative with respect to the nodes' parameter τ, for functions with Bloch phase `bloch`
-    /// (turns).
+    /// Matrix D of the derivative with respect to the nodes' parameter τ, of period 2π, for functions with Bloch phase
+    /// `bloch` (turns).
     ///
     /// With α = 2π·bloch/d, `v = u·e^{−iαx}` is periodic and `du/dτ = e^{iαx}·(dv/dτ + iα·dx/dτ·v)`. The matrix of
     /// dv/dτ differentiates the trigonometric interpolation of v: `½(−1)^{i−j}·cot(π(i − j)/n)`, zero on the diagonal.
+    /// The number of nodes n is even (`distribute_nodes`).
     pub(crate) fn derivative(&self, bloch: f64) -> Matrix {
         let (nodes, n) = (&self.coarse, self.coarse.len());
         let alpha = TAU * bloch / nodes.period;

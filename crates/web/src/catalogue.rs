@@ -41,7 +41,7 @@ pub fn catalogue() -> Value {
         entry
     };
     let method = |kind: MethodKind| {
-        // The patch model, the only one of some methods, cannot conserve energy.
+        // Some methods have only the patch model (one window at a fixed position), which cannot conserve energy.
         let conserves_energy = !kind.is_patch_only();
         json!({ "name": kind.name(), "title": method_title(kind), "conserves_energy": conserves_energy })
     };
@@ -56,8 +56,8 @@ pub fn catalogue() -> Value {
     })
 }
 
-/// Extensions of readable files, each with a dot. Of the numbers at the end of Nanoscope files (".000 to .999" in
-/// [`READABLE`]), only `.000` is listed.
+/// Extensions of readable files, each with a dot: [`READABLE`] split at commas. Its last entry, ".000 to .999" of
+/// Nanoscope files, becomes `.000`.
 fn extensions() -> Vec<&'static str> {
     READABLE.split(", ").filter_map(|extension| extension.split(' ').next()).collect()
 }

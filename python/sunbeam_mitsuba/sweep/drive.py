@@ -9,8 +9,8 @@ Dask gives the batch up with a KilledWorker error. Then:
 
 - The cases of a batch with several cases are submitted again, each alone in its batch.
 - A single case becomes a *suspect*. It may be innocent, because Dask counts a death against all tasks at that worker.
-- Suspects are tried at the end, one at a time, with nothing else at the workers (*on trial*). A case whose trial kills
-  KILLS workers again becomes a failed case.
+- Suspects are tried at the end, one at a time, with nothing else at the workers (*on trial*). If the trial kills KILLS
+  workers, too, the case counts as failed.
 """
 
 from __future__ import annotations
@@ -149,10 +149,10 @@ class _Driver:
         """Number of cases in the next batch, from the measured duration of a case; 1 before the first measurement."""
         if self._case_seconds <= 0:
             return 1
-        target = max(BATCH_SECONDS, BATCH_SECONDS_PER_THREAD * self._threads)
+        target_seconds = max(BATCH_SECONDS, BATCH_SECONDS_PER_THREAD * self._threads)
         # Batches shrink towards the end, so that all workers finish together.
         equal_parts = max(1, len(self._waiting) // (_BATCHES_PER_THREAD * self._threads))
-        return max(1, min(int(target / self._case_seconds), BATCH_CASES_MAX, equal_parts))
+        return max(1, min(int(target_seconds / self._case_seconds), BATCH_CASES_MAX, equal_parts))
 
     def _take(self, future: Future[Done], batch: list[Case]) -> None:
         """Collects the result or the error of a batch that ended.
@@ -188,7 +188,7 @@ class _Driver:
 
     def _take_result(self, done: Done) -> None:
         """Measures and counts the cases of a computed batch. Raises :class:`SweepError` for its fatal error."""
-        # A batch with a fatal error may have computed no case.
+        # `has_failed` has an entry for each computed case. A batch with a fatal error may have computed none.
         finished = len(done.has_failed)
         if finished:
             newest = done.seconds / finished

@@ -17,7 +17,7 @@ _LINE_SECONDS = 30.0
 class Progress:
     """Counts cases, and shows their number on stderr with the rate and the time left.
 
-    The public attributes ``total``, ``done`` and ``failed`` are numbers of cases.
+    The public attributes ``total``, ``done`` and ``failed`` are numbers of cases. ``done`` includes the failed ones.
     """
 
     def __init__(self, total: int, done: int, failed: int, shown: bool):
@@ -60,7 +60,10 @@ class Progress:
             self._print_line()
 
     def _print_line(self) -> None:
-        """Prints the numbers of cases, the rate of this run, and the time left at this rate."""
+        """Prints the numbers of cases, the rate of this run, and the time left at this rate.
+
+        At least ``_LINE_SECONDS`` have passed since the start.
+        """
         rate = (self.done - self._done_before) / (time.monotonic() - self._start)
         left = (self.total - self.done) / rate if rate > 0 else float("inf")
         print(

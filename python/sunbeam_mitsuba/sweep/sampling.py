@@ -194,7 +194,7 @@ def _stepped(where: str, step: object, span: Span) -> tuple[Value, ...]:
     steps = (span.last - span.first) / step
     if steps > ROWS_MAX:
         raise SweepError(f"{where}: the range has {steps:.3g} values; accepted are at most {ROWS_MAX}")
-    # The relative and the absolute margin keep a last value that rounding puts beyond the end.
+    # Rounding can put the last value beyond the end. A relative and an absolute margin keep it.
     count = int(steps * (1 + 1e-12) + 1e-9) + 1
     return tuple(_rounded(span.first + i * step) for i in range(count))
 

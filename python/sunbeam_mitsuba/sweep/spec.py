@@ -13,6 +13,9 @@ A short specification is::
 Each ``[[surface]]`` and ``[settings]`` give combinations of parameters (sampling.py). A combination of a surface is one
 of its *variants*, here a file. Every variant under every setting is a case. Each ``[want.NAME]`` is a *want*, a group
 of computed figures with its options (wants/want.py).
+
+Parameters are those of the heights (SOURCE), of the library (SURFACE), of Mitsuba's BSDF (SCENE) and of the light
+(LIGHT). KEYS say how the values of a table are combined.
 """
 
 from __future__ import annotations
@@ -226,7 +229,7 @@ def _matching(where: str, patterns: object, folder: Path) -> list[str]:
         paths = [path for path in glob.glob(str(folder / pattern), recursive=True) if os.path.isfile(path)]
         if not paths:
             raise SweepError(f"{where}: no file matches {pattern!r} in {folder}")
-        found.update(os.path.relpath(path, folder) if not os.path.isabs(pattern) else path for path in paths)
+        found.update(path if os.path.isabs(pattern) else os.path.relpath(path, folder) for path in paths)
     return sorted(found)
 
 

@@ -72,10 +72,11 @@ impl Mask {
         decoder.set_transformations(png::Transformations::EXPAND);
         let header = decoder.read_header_info().map_err(|error| unreadable(error.to_string()))?;
         let (width, height) = header.size();
-        // A header may state any size, whatever the size of the file.
+        // A damaged header may state any size, so it is checked before memory is allocated.
         if u64::from(width) * u64::from(height) > PIXELS_MAX as u64 {
             return Err(unreadable(format!("it has {width} x {height} pixels; at most 2^28 can be compared")));
         }
+        // Bytes of all samples before the expansion, with the filter byte of each row.
         let (unpacked, packed) = (header.raw_bytes(), file.len());
         if unpacked / DEFLATE_RATIO_MAX > packed {
             return Err(unreadable(format!("its {unpacked} bytes of samples do not fit into {packed} packed ones")));

@@ -42,14 +42,15 @@ fn rigorous(
         }
     });
     let orders: Vec<Order> = above.chain(below).collect();
-    // Fraction of the TE or TM light that no order carries, such as the partial reflection at a film's flat side.
-    let left = |state: fn(&Order) -> Option<f64>| (1.0 - orders.iter().filter_map(state).sum::<f64>()).max(0.0);
+    // Fraction of the TE or TM light that no order carries, such as the partial reflection at a film's flat side. At
+    // least 0, since the sum may exceed 1 by the error of the balance.
+    let uncarried = |state: fn(&Order) -> Option<f64>| (1.0 - orders.iter().filter_map(state).sum::<f64>()).max(0.0);
     Ok(SolvedOrders {
         theory: Theory::Rigorous.name(),
         period_um: profile.period_um(),
         wavelength_nm,
         wi,
-        absorbed: Some([left(|order| order.te), left(|order| order.tm)]),
+        absorbed: Some([uncarried(|order| order.te), uncarried(|order| order.tm)]),
         orders,
         balance_error: Some(solved.balance_error),
         reciprocity_error: Some(solved.reciprocity_error),
@@ -71,6 +72,7 @@ fn scalar(
     for is_below in [false, true] {
         // Index of the medium on this side of the relief.
         let side_index = if is_below { body.eta } else { 1.0 };
+        // x and y are tangential components of wave vectors, in units of the vacuum wave number.
         for (m, [x, y]) in screen.orders(wi, side_index) {
             let tangential_squared = x * x + y * y;
             if tangential_squared >= side_index * side_index {

@@ -24,7 +24,7 @@ pub struct Format {
     pub extensions: &'static [&'static str],
     /// Readable contents.
     pub contents: &'static str,
-    /// Place of the heights' unit in the file.
+    /// Place of the heights' unit in the file. "Up to" gives the height of the largest sample that the type can hold.
     pub unit: &'static str,
     /// Place of the pixel size in the file.
     pub size: &'static str,

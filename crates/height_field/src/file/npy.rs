@@ -28,7 +28,8 @@ where
     }
 }
 
-/// Refuses a shape with more elements than the file has bytes, before memory is allocated for them.
+/// Refuses a shape with more elements than the file has bytes, before memory is allocated for them. An element has at
+/// least one byte.
 ///
 /// Layout (NumPy's NEP 1): six bytes of magic, two of version, the header's length (u16 in version 1, u32 in later
 /// versions), and the header. The header is a Python dictionary whose `'shape'` is a tuple.
@@ -48,11 +49,11 @@ fn check_shape(bytes: &[u8]) -> Result<(), String> {
         // The text between the brackets after the key, such as `3, 4`.
         let shape = header[at..].split(['(', ')']).nth(1).unwrap_or_default();
         let counts = shape.split(',').map(str::trim).filter(|count| !count.is_empty());
-        let points = counts
+        let elements = counts
             // Python 2 wrote long integers with an L.
             .map(|count| count.trim_end_matches('L').parse::<usize>())
             .try_fold(1_usize, |product, count| product.checked_mul(count.ok()?));
-        if points.is_none_or(|points| points > bytes.len()) {
+        if elements.is_none_or(|elements| elements > bytes.len()) {
             return Err(format!("its shape ({shape}) does not fit into {} bytes", bytes.len()));
         }
     }

@@ -23,7 +23,7 @@
 //!
 //! Coordinates are *warped*: smooth periodic displacements are added to them, so that orientation and period vary over
 //! the tile. Every finger has its own position, length, width and height. `elaphe.rs` and `xenopeltis.rs` hold the
-//! shapes; this file has what they share.
+//! shapes; this file has what they share. `regions.rs` has squares with shorter or longer periods.
 
 mod elaphe;
 mod regions;
@@ -116,9 +116,9 @@ impl Lattice {
         let (dx, dy) = self.step_um();
         let x = ix as f64 * dx + self.warp_x[[iy, ix]];
         let y = iy as f64 * dy + self.warp_y[[iy, ix]];
-        let layers = x / self.extent_x_um * self.layers as f64;
-        let layer = libm::floor(layers);
-        Position { layer: layer as i64, t: layers - layer, v: y / self.extent_y_um * self.fingers as f64 }
+        let x_in_layers = x / self.extent_x_um * self.layers as f64;
+        let layer = libm::floor(x_in_layers);
+        Position { layer: layer as i64, t: x_in_layers - layer, v: y / self.extent_y_um * self.fingers as f64 }
     }
 
     /// Heights `[[iy, ix]]` of all pixels from `height(lattice, ix, iy)`.
@@ -167,6 +167,7 @@ impl Lattice {
                 let half = (shape.half_width)(t, finger);
                 // A flank is no wider than the finger.
                 let flank = shape.flank.min(half * 2.0);
+                // Falls from 1 at |q| = half − flank/2 to 0 at |q| = half + flank/2; 0 where the finger has no width.
                 let opacity =
                     if half > 0.0 { smooth_step(half + 0.5 * flank, half - 0.5 * flank, q.abs()) } else { 0.0 };
                 if opacity > cover {
@@ -217,7 +218,8 @@ fn fingers(count: usize, random: &mut Random, mut make: impl FnMut(&mut Random) 
     (0..count).map(|_| make(random)).collect()
 }
 
-/// Shifts and scales the heights to exactly `[0, top_um]`, the range from black to white in the published pictures.
+/// Shifts and scales the heights, which must not all be equal, to exactly `[0, top_um]`. This is the range from black
+/// to white in the published pictures.
 fn stretch(heights: &mut Array2<f64>, top_um: f64) {
     let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &h| (lo.min(h), hi.max(h)));
     heights.mapv_inplace(|h| (h - low) / (high - low) * top_um);

@@ -15,10 +15,10 @@ pub const REGION_SPREAD: RangeInclusive<f64> = 0.0..=0.1;
 /// of the diffraction peak alternates there between two curves, which the thesis attributes to regions of different
 /// period.
 ///
-/// The tile is divided into equal squares. Their number along each axis is the even one nearest to the tile's edge over
-/// `size_um`. Along x, the period along x is alternately divided by `1 + spread` and by `1 − spread`; the period along
-/// y varies likewise along y. Layers and fingers (`mod.rs`) continue across the borders of squares, and the tile stays
-/// periodic. The squares are not rotated against each other.
+/// The tile is divided into equal squares. Their number along each axis is the even one nearest to the tile's edge
+/// divided by `size_um`. Along x, the period along x is alternately divided by `1 + spread` and by `1 − spread`; the
+/// period along y varies likewise along y. Layers and fingers (`mod.rs`) continue across the borders of squares, and
+/// the tile stays periodic. The squares are not rotated against each other.
 ///
 /// ```
 /// use sunbeam_height_field::{Preset, Regions};
@@ -69,7 +69,9 @@ impl Regions {
                 let square = libm::floor(position);
                 let offset = position - square;
                 let is_rising = square % 2.0 == 0.0;
-                self.spread * extent_um / count * (if is_rising { offset } else { 1.0 - offset } - 0.5)
+                // Triangle wave between 0 and 1, which becomes a displacement about 0.
+                let triangle = if is_rising { offset } else { 1.0 - offset };
+                self.spread * extent_um / count * (triangle - 0.5)
             })
             .collect();
         warp_x.indexed_iter_mut().for_each(|((_, ix), x)| *x += wave[ix]);
@@ -83,8 +85,8 @@ mod tests {
     use crate::{HeightField, Preset};
     use std::f64::consts::TAU;
 
-    /// Power of the heights of the left or right half of the tile at a frequency along x in cycles/µm: Hann window,
-    /// summed over rows.
+    /// Power of the heights of the left or right half of the tile at a frequency along x in cycles/µm, with a Hann
+    /// window and summed over rows.
     fn power(field: &HeightField, right: bool, frequency: f64) -> f64 {
         let half = PIXELS / 2;
         let first = if right { half } else { 0 };

@@ -9,13 +9,14 @@
 //! one scale, `mesh` the triangles, `pigment` the texture, `ply` the file, and `options` the parameters.
 //!
 //! # Conventions
-//! - `u` in [0, 1] runs along the body from head to tail, `v` in [0, 1] around it. With the default options the sheet
-//!   is twice as long as wide, so a 2:1 texture has square texels on the skin.
+//! - `u` in [0, 1] runs along the body from head to tail, roughly along +x. `v` in [0, 1] runs around it, roughly along
+//!   +y on the back. With the default options the sheet is twice as long as wide, so a 2:1 texture has square texels on
+//!   the skin.
 //! - `∂P/∂u × ∂P/∂v` points out of the body, and triangles are counter-clockwise seen from outside.
 //! - The tangent `t` is `∂P/∂u` made orthogonal to the outward normal `n` (Gram–Schmidt), like the shading frame that
 //!   Mitsuba 3 computes from texture coordinates. The bitangent `b = n × t` points to the side of growing `v`, so
 //!   (t, b, n) is right-handed everywhere.
-//! - The x axis of a relief is the tangent at rotation 0, so grooves along x run along the body.
+//! - The x axis of a relief is the tangent if its `rotation` is 0, so grooves along x run along the body.
 //! - Scales overlap like tiles: the free edge of each points to the tail, +u.
 
 mod body;

@@ -7,8 +7,9 @@
 // Smallest cosine, about its rounding error in single precision. At 0, `sums` would be 0 for eta = 1.
 const SHEET_COSINE_MIN: f32 = 1e-7;
 
-// Transmittance in [0, 1] of a flat film of index eta ≥ 1 for unpolarised light at a cosine with the normal, without
-// reflections inside the film; counterpart of `TransparentBody::transmittance` in src/scattering/transparent.rs.
+// Transmittance in [0, 1] of a flat film of index eta ≥ 1 for unpolarised light, without reflections inside the film.
+// `cosine` in [0, 1] is that of the angle with the normal in air. Counterpart of `TransparentBody::transmittance` in
+// src/scattering/transparent.rs.
 fn sheet_transmittance(eta: f32, cosine: f32) -> f32 {
     let c = max(cosine, SHEET_COSINE_MIN);
     // Permittivity of the film.
@@ -25,7 +26,7 @@ fn sheet_transmittance(eta: f32, cosine: f32) -> f32 {
 
 // Fraction of light that passes all triangles of the mesh, which is a film, within the distance `farthest` in cm along
 // a ray of unit direction. The caller has moved the origin off its own surface. The traversal is that of `trace`, but
-// it visits every triangle on the ray: two where the ray meets their common edge, which is rare.
+// it visits every triangle on the ray. A ray through a common edge, which is rare, is weakened by both triangles.
 fn sheet_passed(origin: vec3<f32>, direction: vec3<f32>, farthest: f32) -> f32 {
     let inverse = trace_inverse(direction);
     let count = arrayLength(&nodes);
@@ -39,6 +40,7 @@ fn sheet_passed(origin: vec3<f32>, direction: vec3<f32>, farthest: f32) -> f32 {
                 let v0 = mesh_vertex(hit.triangle, 0u);
                 let v1 = mesh_vertex(hit.triangle, 1u);
                 let v2 = mesh_vertex(hit.triangle, 2u);
+                // The normal at the hit, by its barycentric coordinates.
                 let normal = v0.normal * (1.0 - hit.b.x - hit.b.y) + v1.normal * hit.b.x + v2.normal * hit.b.y;
                 passed *= sheet_transmittance(frame.film_eta, abs(dot(normalize(normal), direction)));
             }

@@ -1,4 +1,5 @@
 //! Dense complex linear algebra on the caller's thread, with results that are identical to the bit in every thread.
+//! Computations use *planes*, separate matrices of the real and the imaginary parts.
 
 mod lu;
 mod planes;
@@ -21,15 +22,15 @@ pub(crate) fn from_fn(rows: usize, columns: usize, mut element: impl FnMut(usize
     Matrix::from_shape_fn((rows, columns).f(), |(i, j)| element(i, j))
 }
 
-/// `a·b`.
+/// `a·b`; `a` has as many columns as `b` has rows.
 pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
     let mut result = Planes::zeros(a.nrows(), b.ncols());
     result.view_mut().add_product(1.0, &Planes::of(a).view(), &Planes::of(b).view());
     result.joined()
 }
 
-/// Solves `a·x = right` for a square matrix `a` and every column of `right`, by elimination with row exchanges. `what`
-/// names the solution in the error.
+/// Solves `a·x = right` for a square matrix `a` and every column of `right`, which has as many rows, by elimination
+/// with row exchanges. `what` names the solution in the error.
 ///
 /// # Errors
 /// [`Error::NotFinite`] for a solution that is not finite: `a` is singular, or not finite itself.

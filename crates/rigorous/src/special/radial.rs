@@ -15,8 +15,8 @@ use num_complex::Complex64;
 /// therefore falls as (3 + √8)^−n: here 2e-14.
 const PANEL_TERMS: usize = 18;
 
-/// Number of Chebyshev terms of the Bessel functions beyond their largest argument |kR|. It leaves a relative error of
-/// 1e-12 (`RELATIVE` of the tests).
+/// Number of Chebyshev terms of the Bessel functions beyond their largest argument |kR|. It leaves an error of 1e-12
+/// (`RELATIVE` of the tests) relative to the largest magnitude over the range. Fewer terms leave more.
 const BESSEL_TERMS: usize = 14;
 
 /// Chebyshev coefficients of `e^{−ikr} H₀⁽¹⁾(kr)` and `e^{−ikr} H₁⁽¹⁾(kr)` on one panel.

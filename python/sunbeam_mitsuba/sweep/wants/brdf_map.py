@@ -90,6 +90,7 @@ class BrdfMap(Want):
         ]
         pixels = np.zeros((self.size, self.size, 3))
         pixels[inside] = np.concatenate(parts)
+        # The means leave out the corners beyond the horizon.
         answer, shown = exposed(pixels, pixels[inside], self.exposure)
         if "exr" in self.files:
             answer.pictures["map.exr"] = exr(pixels)

@@ -116,6 +116,7 @@ class Colour(Want):
 
     def compute(self, question: Question) -> Answer:
         nm = wavelengths_nm(self.lambda_step_nm)
+        # A perfect reflector has Y = 1.
         weights = xyz_weights(self.illuminant, self.lambda_step_nm)
         spectrum = question.reflector().albedo(question.wi(), nm, _low_discrepancy(self.samples))
         xyz = weighted(spectrum[None], weights)[0]
@@ -140,7 +141,7 @@ class Colour(Want):
         off_mirror = np.abs(view_deg - question.theta_i_deg) > self.mirror_deg
         xyz = weighted(spectra, xyz_weights(self.illuminant, self.lambda_step_nm))
         brightest = xyz[off_mirror, 1].max(initial=0.0)
-        # Indices of the views whose colours span the gamut. Black ones have no chromaticity.
+        # Indices of the views whose colours span the gamut. Black views have no chromaticity.
         counted = np.flatnonzero(off_mirror & (xyz[:, 1] > _LUMINANCE_FLOOR * brightest) & (xyz[:, 1] > 0))
         uv = chromaticities(xyz[counted])
         corners = hull(uv)
@@ -151,7 +152,7 @@ class Colour(Want):
             for i in corners
         ]
         rgb = weighted(spectra, rgb_weights(self.illuminant, self.lambda_step_nm))
-        # The mirror's peak would make all other views dark.
+        # The exposure leaves out the mirror's peak, which would make all other views dark.
         exposure = automatic_exposure(rgb[off_mirror]) if off_mirror.any() else 1.0
         strip = np.repeat(encoded(rgb, exposure)[None], _STRIP_PIXELS, axis=0)
         answer.pictures["strip.png"] = png(strip)
@@ -163,7 +164,7 @@ class Colour(Want):
         A spectrum is the BSDF's mean over the width of the detector in 1/sr. Raises :class:`WantError` where a value is
         not finite.
         """
-        # Adjacent views, each as wide as the detector. A gamut with an area needs at least three.
+        # Adjacent views, each about as wide as the detector. A gamut with an area needs at least three.
         count = max(3, round(2 * _VIEW_MAX_DEG / self.detector_deg))
         # Angles of the directions in radians, the centres of equal parts.
         edges = np.linspace(-_VIEW_MAX_DEG, _VIEW_MAX_DEG, count * _DIRECTIONS_PER_VIEW + 1)

@@ -34,8 +34,8 @@ use sunbeam::scattering::Options;
 use sunbeam::table::{Model, Progress};
 use sunbeam::transform::Series;
 
-/// Steps between wavelengths in nm, the default first. Parameter sets besides the default have only some of them, which
-/// saves time.
+/// Steps between wavelengths in nm, the default first: the first candidate is the baseline. Parameter sets besides the
+/// default have only some of the steps, which saves time.
 const STEPS_NM: [f64; 6] = [5.0, 1.0, 2.0, 10.0, 25.0, 50.0];
 /// Tolerances that are measured besides that of the surface.
 const TOLERANCES: [f64; 2] = [1e-1, 1e-2];

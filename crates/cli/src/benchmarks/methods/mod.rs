@@ -38,7 +38,7 @@ const ORACLE_CHECKS: usize = 12;
 /// Shortest wavelength of the methods in µm, at which κH (phase rate κ times half the range of heights H) is largest.
 const SHORTEST_UM: f64 = 0.38;
 
-/// The size of a run.
+/// The size of a run. Larger numbers (a smaller step) give steadier figures and take longer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Effort {
     /// Pairs of directions over which errors are computed.
@@ -147,6 +147,7 @@ pub(crate) fn measure(
     let timed = direction_pairs(&sampled_surface, effort.timed_directions);
     let compared = &timed[..effort.directions];
     progress("oracle");
+    // Scattering vectors wi + wo.
     let sums: Vec<[f64; 3]> = compared.iter().map(|pair| pair.sum().map(f64::from)).collect();
     let truth = Truth::new(field, options.coherence_length_um, &sums, effort.truth_step_nm);
     let oracle = truth.check(field, ORACLE_CHECKS);

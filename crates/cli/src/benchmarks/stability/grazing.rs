@@ -16,7 +16,7 @@ use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 /// Angles of incidence in degrees, denser towards the horizon, where the obliquity factor and the albedos change fast.
 pub const GRAZING_DEG: [f64; 12] = [0.0, 30.0, 60.0, 75.0, 80.0, 85.0, 88.0, 89.0, 89.5, 89.9, 89.97, 89.99];
 
-/// Wavelengths in nm of the special queries: both ends of the tables' range, and one in between.
+/// Wavelengths in nm of the special queries ([`queries_at`]): both ends of the tables' range, and one in between.
 const WAVELENGTHS_NM: [f64; 3] = [WAVELENGTH_MIN_NM, 550.0, WAVELENGTH_MAX_NM];
 /// Azimuths in degrees of the special queries: across, oblique to and along the grooves, from either side.
 const PHIS_DEG: [f64; 4] = [0.0, 35.0, 90.0, 180.0];

@@ -43,11 +43,12 @@ impl Axis {
         // Smaller gaps are due to the rounding of equal coordinates.
         let mut gaps: Vec<f64> =
             sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > EQUAL_GAP_MAX * widest).collect();
+        // Without a gap all coordinates are equal.
         if gaps.is_empty() {
             return Ok(Self { first, step: None, count: 1 });
         }
         gaps.sort_by(f64::total_cmp);
-        // Gaps at missing nodes are several steps wide. Gaps near the median are single steps.
+        // Gaps at missing nodes are several steps wide. Gaps near the median, among them itself, are single steps.
         let median = gaps[gaps.len() / 2];
         let single: Vec<f64> =
             gaps.into_iter().filter(|gap| (gap / median - 1.0).abs() < SINGLE_STEP_DEVIATION_MAX).collect();
