@@ -63,7 +63,8 @@ def run_part(name: str, run: Run) -> dict:
         start = time.monotonic()
         code = run_with_limit(child(name, run, rows), environment(name, folder), log, limit_s)
         seconds = round(time.monotonic() - start, 2)
-        lines = [json.loads(line) for line in rows.read_text(encoding="utf-8").splitlines()]
+        # A process that was killed may have left an unfinished line.
+        lines = [json.loads(line) for line in rows.read_text(encoding="utf-8").split("\n")[:-1]]
         stderr = log.read_text(encoding="utf-8", errors="replace").strip()
     if stderr:
         print(stderr, file=sys.stderr, flush=True)
