@@ -153,7 +153,7 @@ template <typename Float, typename Spectrum> struct Textures {
 private:
     /// Assumed range of sizes in textures whose values are known only on a shape, such as mesh attributes
     /// (docs/model.md#covers-and-relative-sizes). A wider range would make the table that limits the energy larger.
-    /// Sizes outside are limited as at the end of the range.
+    /// The energy at sizes outside is limited as at the end of the range.
     static constexpr std::array<float, 2> UNKNOWN_SIZES = { .25f, 1.f };
 
     static bool varies(const ref<Texture> &texture) { return texture && texture->is_spatially_varying(); }

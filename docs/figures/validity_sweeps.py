@@ -26,7 +26,9 @@ from tests.judges.gratings.scalar import (
     propagating,
 )
 
-# The numbers of these sweeps are chosen. First the wavelengths over which errors are averaged.
+# The following numbers of the sweeps are chosen.
+#
+# Wavelengths over which errors are averaged.
 WAVELENGTHS_NM = (450.0, 520.0, 580.0, 650.0)
 # Angles of incidence from the side of +x.
 ANGLES_DEG = (0.0, 30.0, 60.0, 75.0)

@@ -82,8 +82,8 @@ pub struct AlbedoLayout {
 ///
 /// Words are arranged `[side][slab][gap][y][x]`, with the gaps between neighbouring planes of wavelength. A table of a
 /// transparent body has the side of air and the side of the medium ([`AlbedoTable::build_of_body`]); others have one.
-/// There is one slab unless the relief has several sizes ([`SizeAxes`]). Each cell has a packet of four words, so that a
-/// look-up takes one read, or two for several sizes. A packet has the corners (x, y), (x + 1, y), (x, y + 1),
+/// There is one slab unless the relief has several sizes ([`SizeAxes`]). Each cell has a packet of four words, so that
+/// a look-up takes one read, or two for several sizes. A packet has the corners (x, y), (x + 1, y), (x, y + 1),
 /// (x + 1, y + 1) of the cell's lower plane of wavelength, then those of its upper plane. Two corners share a word as
 /// 16-bit floats (bfloat16), rounded up, the first in the lower half.
 ///

@@ -96,7 +96,7 @@ impl SceneArgs {
         let blend = match (self.blend, self.share) {
             (Blend::FixedMix { .. }, Some(share)) => Blend::FixedMix { share },
             (_, Some(_)) => return Err("parameter \"share\" needs --blend mix".into()),
-            // With its default share.
+            // `mix` then has its default share.
             (blend, None) => blend,
         };
         Ok(View {

@@ -75,8 +75,8 @@ class Polygon:
         shares = 0.5 / len(edges) + 0.5 * lengths / lengths.sum()
         parts = []
         for start, edge, length, share in zip(vertices[:-1], edges, lengths, shares):
-            # At least 8 nodes on an edge. `along` is the fraction of the edge.
-            along, step = graded(max(8, round(count * share)))
+            # At least 8 nodes on an edge. Positions and weights are fractions of the edge's length.
+            along, weight = graded(max(8, round(count * share)))
             ones = np.ones_like(along)
             normal = np.array([-edge[1], edge[0]]) / length
             part = Nodes(
@@ -85,7 +85,7 @@ class Polygon:
                 normal_x=normal[0] * ones,
                 normal_z=normal[1] * ones,
                 curvature=0 * ones,
-                weight=length * step,
+                weight=length * weight,
             )
             parts.append(part)
         return Nodes(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
