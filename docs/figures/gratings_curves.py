@@ -49,6 +49,7 @@ def echelette(period_um: float, samples: tuple[int, int], path: Path) -> Relief:
     heights_um = np.where(i <= count - short, i * step_um * np.tan(slope), (count - i) * step_um / np.tan(slope))
     # A file of heights is two-dimensional; this one has a single row.
     np.save(path, heights_um[None])
+    # The default levelling of files subtracts a plane, which would tilt the facets.
     words = ("--height-field", path, "--pixel-size", step_um, "--level", "none", "--tiling", "periodic")
     return Relief(words, period_um)
 
