@@ -26,7 +26,8 @@ const TABLES_FOLDERS: [&str; 12] = [
     "crates/rigorous/src",
 ];
 
-/// Hash of all files in [`TABLES_FOLDERS`], names included. `src/cache/` does not reuse tables built by other code.
+/// Hash of the names and contents of all files in [`TABLES_FOLDERS`], by which `src/cache/` refuses tables that other
+/// code has built. The sources of dependencies are not part of it.
 ///
 /// Another release of Rust may give another hash for the same files. Tables are then built again, which is harmless.
 fn tables_code() -> u64 {

@@ -111,7 +111,7 @@ void probe_calling_convention() {
 }
 
 /// Checks the CPU, the version and the calling convention of the running Mitsuba, whose core library contains
-/// `address`. Throws the first mismatch.
+/// `address`. Throws at the first mismatch.
 void check(const void *address) {
 #if SUNBEAM_AVX2
     if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))

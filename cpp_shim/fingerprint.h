@@ -10,7 +10,8 @@ namespace sunbeam {
 
 namespace dr = drjit;
 
-/// The lower 32 bits of a number, encoded in types that frozen functions compare.
+/// The lower 32 bits of a number that identifies traced code (`code` in optics.h), encoded in types that frozen
+/// functions compare.
 ///
 /// Sizes and layouts of tables are constants of the traced code, so a kernel fits one set of tables. A frozen function
 /// compares the number of its inputs, their types, and the values of literals. A literal whose value has changed once
@@ -20,7 +21,7 @@ template <typename Float> class Fingerprint {
 public:
     explicit Fingerprint(uint64_t number) : m_number(number) {}
 
-    /// Reports the digits to Dr.Jit, the least significant first.
+    /// Reports the digits to Dr.Jit, the least significant first. The two texts that `fn` takes are for classes only.
     void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
         each_digit([&](uint64_t literal) { fn(payload, literal, "", ""); });
     }
@@ -33,7 +34,7 @@ private:
     /// Number of base-four digits, two bits each.
     static constexpr size_t DIGITS = 16;
 
-    /// Calls `visit` with the Dr.Jit index of each digit's literal.
+    /// Calls `visit` with the Dr.Jit index of each digit's literal: type d of the four stands for the digit d.
     template <typename Visit> void each_digit(const Visit &visit) const {
         const std::array<uint64_t, 4> literals{ m_u32.index_combined(), m_i32.index_combined(), m_u64.index_combined(),
                                                 m_i64.index_combined() };

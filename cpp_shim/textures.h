@@ -38,7 +38,7 @@ template <typename Float, typename Spectrum> struct Textures {
     ref<Texture> diffuse_reflectance;
     /// Rotation of the relief about the normal in degrees, counter-clockwise from the tangent.
     ref<Texture> rotation;
-    /// Sizes of pattern and heights relative to the relief; null for a parameter that is a number.
+    /// Size of the pattern (`scale`) and of the heights (`depth`) relative to the relief; null for a number.
     ref<Texture> scale, depth;
 
     /// Reads the textures from the plugin's properties and returns the ranges of the relative sizes.
@@ -82,8 +82,7 @@ template <typename Float, typename Spectrum> struct Textures {
         return sizes;
     }
 
-    /// Size of pattern and heights at a point, relative to the relief. 1 for a parameter that is a number: the relief
-    /// has that size already.
+    /// Scale and depth at a point. 1 for a parameter that is a number: the relief has that size already.
     typename DiffractionLobe<Float, Spectrum>::Size size(const SurfaceInteraction3f &si, const Mask &active) const {
         return { scale ? scale->eval_1(si, active) : Float(1.f), depth ? depth->eval_1(si, active) : Float(1.f) };
     }
@@ -98,7 +97,8 @@ template <typename Float, typename Spectrum> struct Textures {
         return varies(diffuse_reflectance) || varies(eta) || varies(k) || varies(specular_reflectance);
     }
 
-    /// Exposes the textures to Mitsuba as parameters that can change.
+    /// Exposes the textures to Mitsuba as parameters that can change. The flags of `eta` and `k` are those of
+    /// `roughconductor`.
     void traverse(TraversalCallback *cb) const {
         // Copies, since a constant reference would select the overload of `put` for values instead of objects.
         auto put = [&](const char *name, ref<Texture> texture, auto flags) { cb->put(name, texture, flags); };
@@ -133,7 +133,7 @@ template <typename Float, typename Spectrum> struct Textures {
         visit(depth);
     }
 
-    /// Writes `name = texture` for each texture that is not null, as part of an object's description.
+    /// Writes `name = texture` for each texture that `traverse` exposes, as part of an object's description.
     void print(std::ostream &out) const {
         if (specular_transmittance)
             out << "  specular_transmittance = " << string::indent(specular_transmittance) << "," << std::endl;
@@ -153,7 +153,7 @@ template <typename Float, typename Spectrum> struct Textures {
 private:
     /// Assumed range of sizes in textures whose values are known only on a shape, such as mesh attributes
     /// (docs/model.md#covers-and-relative-sizes). A wider range would make the table that limits the energy larger.
-    /// Sizes outside are limited as at the end of the range.
+    /// The energy at sizes outside is limited as at the end of the range.
     static constexpr std::array<float, 2> UNKNOWN_SIZES = { .25f, 1.f };
 
     static bool varies(const ref<Texture> &texture) { return texture && texture->is_spatially_varying(); }

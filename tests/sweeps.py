@@ -26,7 +26,8 @@ theta_i_deg = [0, 30]
 samples = 64
 gamut = false
 """
-# Preloaded into workers: makes each case slower by CASE_SECONDS, and kills the worker at the row DEADLY_ROW.
+# Module that workers of Dask load first. By environment variables it makes each case slower by CASE_SECONDS, and kills
+# the worker at the case of the row DEADLY_ROW.
 SLOW = """
 import os, signal, time
 from sunbeam_mitsuba.sweep import work
@@ -35,7 +36,7 @@ def compute(job, case, held, computed=work.compute):
         os.kill(os.getpid(), signal.SIGKILL)
     time.sleep(float(os.environ.get("CASE_SECONDS", "0")))
     return computed(job, case, held)
-# A worker may run this more than once.
+# A worker may run this more than once; only the first run replaces the function.
 if work.compute.__module__ == work.__name__:
     work.compute = compute
 """
@@ -44,7 +45,8 @@ if work.compute.__module__ == work.__name__:
 def environment(folder, slow=None, **more):
     """Environment of a process that uses the checkout's package; each case takes `slow` seconds longer.
 
-    `more` are further variables. SLOW is preloaded, with its DEADLY_ROW too, unless `slow` is `None`.
+    `more` are further variables. Unless `slow` is None, SLOW is written to `folder` and loaded; only then DEADLY_ROW
+    among `more` has an effect.
     """
     found = {
         **os.environ,

@@ -39,8 +39,8 @@ CHUNK = 1 << 18
 # lie in diffraction orders, where values are large. Most of the uniform ones lie between orders. A larger fraction
 # would test values between orders better, a smaller one those in orders.
 UNIFORM = 0.2
-# Smallest scale of a value's error, as a fraction of the density. Where an order's power passes through zero, the value
-# keeps an absolute error in single precision, which tests/test_twins.py derives.
+# Smallest scale of a value's error, as a fraction of the density; both are in 1/sr. Where an order's power passes
+# through zero, the value keeps an absolute error in single precision, which tests/test_twins.py derives.
 VALUE_FLOOR = 4e-2
 # Smallest divisor of a relative error: two zeros then have the error 0.
 TINY = 1e-30
@@ -58,8 +58,8 @@ DIRECTION = 1e-3
 # order. The measured fraction is 2e-4.
 STRAY = 2e-3
 
-# A function that makes values of the checked variant and of the reference comparable. It returns both and the scale of
-# their error, which broadcasts with them.
+# A function that makes values of the checked variant (`ours`) and of the reference (`theirs`) comparable. It returns
+# both and the scale of their error, which broadcasts with them.
 Comparable = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
@@ -125,8 +125,9 @@ def chunk_errors(
 def errors_of(answered: Answers, expected: Answers, at_sample: Answers, comparable: Comparable) -> dict:
     """The errors (n,) by call, of the checked variant's answers `answered` from the reference's answers `expected`.
 
-    `at_sample` are the reference's answers in the checked variant's sampled directions. The entry `light` is no error:
-    the expected densities, by which `judged` rejects a comparison in which most questions have no light.
+    `at_sample` are the reference's answers in the checked variant's sampled directions. `both_value` and `both_pdf` are
+    the results of `eval_pdf`. The entry `light` is no error: the expected densities, by which `judged` rejects a
+    comparison in which most questions have no light.
     """
     # A density of 0 marks a sample without light. Its weight must be 0, so the error is the weight's magnitude.
     is_valid = answered.sampled_pdf > 0

@@ -15,7 +15,7 @@ Check = tuple[str, Callable[[], dict]]
 
 @dataclass(frozen=True)
 class Part:
-    """A part: the function `checks(plan, folder, *arguments)` of `module` yields its checks.
+    """A part: the function `checks(plan, folder, *arguments)` of `module`, a file of this folder, yields its checks.
 
     `title` describes the part in one line. `estimate_s` is the time on an H100 with 16 cores and empty caches, and
     `limit_s` the time limit, both in seconds.
@@ -32,7 +32,8 @@ class Part:
         return import_module(f".{self.module}", __package__).checks(plan, folder, *self.arguments)
 
 
-# The parts in the order of a run: checks first, timings last.
+# The parts in the order of a run: checks first, timings last. "Reference": the variant compared with (variants.py).
+# "Frozen": recorded once by `dr.freeze` and replayed.
 PARTS: dict[str, Part] = {
     "adapter": Part("shaders compile, and a lost device is an error", "adapter", (), 8, 30),
     "agree-rgb": Part("answers of the RGB variant beside its reference", "agreement", ("rgb",), 25, 60),

@@ -33,8 +33,8 @@ SEED = 5
 def surface(name: str) -> dict:
     """The parameters of a surface by name.
 
-    The scan is the file `cases.SCAN` below the folder SUNBEAM_DATA. If the measured file is missing, the command writes
-    the synthetic scan and sets the variable to its folder (`provide_scan` in __main__.py).
+    The scan is the file `cases.SCAN` below the folder SUNBEAM_DATA. If the measured file is missing, `provide_scan`
+    (__main__.py) writes the synthetic scan and sets the variable to its folder. KERATIN is a refractive index.
     """
     return {
         # The preset's period is 2.5 µm, its height 0.25 µm.
@@ -54,7 +54,8 @@ def write_synthetic_scan(folder: Path) -> None:
     waves = np.fft.rfft2(rng.normal(size=(SCAN_PIXELS, SCAN_PIXELS)))
     # Row and column are the frequencies along y and x in cycles per scan. Negative rows are counted from the end, and
     # negative columns follow from the others, since heights are real.
-    waves[SCAN_CYCLES + 1 : -SCAN_CYCLES], waves[:, SCAN_CYCLES + 1 :] = 0, 0
+    waves[SCAN_CYCLES + 1 : -SCAN_CYCLES] = 0
+    waves[:, SCAN_CYCLES + 1 :] = 0
     relief = np.fft.irfft2(waves, s=(SCAN_PIXELS, SCAN_PIXELS))
     heights_m = (SCAN_RANGE_UM * 1e-6 * relief / np.ptp(relief)).astype("<f4")
     extent_m = SCAN_PIXELS * SCAN_PIXEL_UM * 1e-6

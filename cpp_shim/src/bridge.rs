@@ -49,7 +49,8 @@ mod ffi {
         wi: [u32; 3],
         /// Wavelengths in nm; not read for surfaces in colours.
         wavelengths_nm: [u32; 4],
-        /// Size of pattern and heights relative to the relief; not read unless the surface has sizes.
+        /// Scale and depth: sizes of the pattern and of the heights relative to the relief's. Not read unless the
+        /// surface has sizes.
         size: [u32; 2],
         /// Mask of the lanes to compute.
         active: u32,
@@ -182,6 +183,7 @@ impl Surface {
     }
 
     fn is_small_slope(&self) -> bool {
+        // The recipe has replaced the choice `auto`.
         self.recipe.config.obliquity == ObliquityChoice::SmallSlope
     }
 
@@ -200,8 +202,9 @@ impl Surface {
             let config = &mut recipe.config;
             let targets = [&mut config.coherence_length, &mut config.scale, &mut config.depth];
             for (target, number) in targets.into_iter().zip(numbers) {
-                // Mitsuba rounded the user's decimal number to single precision. The shortest decimal that rounds to
-                // the same single recovers it. The text of a number always parses.
+                // An unchanged number keeps its double precision. For a changed one, Mitsuba rounded the user's decimal
+                // to single precision: the shortest decimal that rounds to the same single recovers it. The text of a
+                // number always parses.
                 if *target as f32 != *number {
                     *target = number.to_string().parse().unwrap_or(f64::NAN);
                 }
@@ -233,7 +236,7 @@ impl Surface {
     fn describe(&self) -> Result<String, PluginError> {
         guard(|| {
             let jones_bytes = size_of_val(self.jones_words());
-            // Part 0 is the surface with its tables, part 1 their origin.
+            // Element 0 of each pair is the surface with its tables, element 1 their origin.
             let tables = match &self.tables {
                 Tables::Spectral(tables) => describe::tables(tables.0.report(), &tables.1),
                 Tables::Colours(tables) => describe::colours(&tables.0, &tables.1),
@@ -285,12 +288,13 @@ impl Surface {
     ) -> Result<[f32; 64], PluginError> {
         guard(|| {
             let jones = self.jones()?;
+            // Rigorous surfaces do not read the size.
             Ok(with_avx2(|| self.matrix(jones, self.plain_query(*from, *to, *wavelengths_nm, [1.0; 2]))))
         })
     }
 
     fn trace_evaluate(&self, part: Part, query: &ffi::TracedQuery, wo: &[u32; 3]) -> Result<[u32; 5], PluginError> {
-        // Colours keep their negative channels, about which only scalar variants of Mitsuba warn.
+        // Colours keep their negative channels. By value they are desaturated, since scalar variants of Mitsuba warn.
         traced(query.backend, |scope| self.answer(part, Gamut::Keep, self.traced_query(scope, query, *wo)))
     }
 

@@ -21,7 +21,8 @@ from .page import images
 from .taylor_sums import CONVERGED, WAVELENGTH_UM, pictures, plot, sums
 
 PART = "brdf-maps"
-# Region of the map about the blazed grating's order −1, into which it sends most light.
+# Region of the map about the blazed grating's order −1, into which it sends most light. Positions on maps are direction
+# sines.
 FIRST_ORDER = Box(x_min=-0.36, x_max=-0.10, y_min=-0.065, y_max=0.065)
 # Region of the map about the mirror direction at normal incidence.
 CENTRE = Box(x_min=-0.05, x_max=0.05, y_min=-0.05, y_max=0.05)
@@ -68,6 +69,7 @@ def sheets(surfaces: Surfaces) -> list[Sheet]:
     """The sheets of maps in the order of their figures, scans before presets."""
     # The grating as the preset, and as a tile of 65 µm of its own, which NMM needs.
     blazed, blazed_tile = surfaces.blazed, surfaces.blazed_tile
+    # Lists of the scan, if it is present, and the preset.
     elaphe, xenopeltis = surfaces.skin("elaphe"), surfaces.skin("xenopeltis")
     skins = [*elaphe, *xenopeltis]
     return [
@@ -121,6 +123,7 @@ def every_method(blazed: Surface, blazed_tile: Surface) -> list[Panel]:
 
 def xenopeltis_pq(surfaces: Surfaces, xenopeltis: list[Surface]) -> list[Panel | Drawing]:
     """Figure 2.9: FLSS and PQ on Xenopeltis, then PQ on a small tile that repeats, and a drawing of the tile."""
+    # Cut from the scan if it is present, else from the preset.
     small = surfaces.cut(xenopeltis[0], SMALL_UM)
     return [
         *(

@@ -34,14 +34,17 @@ KERNEL_S = 0.1
 # Number of timed kernels of each BSDF. More come closer to the time of an idle machine, and take longer.
 TURNS = 7
 # Smallest reported time of an element. Noise can make a call's kernel seem no slower than the empty one, and ratios
-# need a positive time. Calls on a processor take longer.
+# need a positive time. A call on a processor takes longer than this.
 LEAST_NS = 0.01
 # Seed of the random inputs; its value is arbitrary.
 SEED = 1
 
 
 def bsdfs() -> dict[str, dict]:
-    """Dictionaries of BSDFs in aluminium by name: RELIEFS with and without energy conservation, and REFERENCE."""
+    """Dictionaries of BSDFs in aluminium by name: RELIEFS with and without energy conservation, and REFERENCE.
+
+    REFERENCE is the name of the rough mirror to which times are compared.
+    """
     diffraction = {name: {"type": "diffraction", **preset_skin(name), **ALUMINIUM} for name in RELIEFS}
     return {
         **diffraction,
@@ -85,7 +88,7 @@ def call_ns(materials: dict[str, mi.BSDF], call: str, wavefront: int | None = No
     for name, bsdf in materials.items():
         programs[name] = partial(answer, bsdf, call)
         if wavefront is None:
-            # The smaller of two times, as below.
+            # The smaller of two times: other programs only make kernels slower.
             few = Inputs(FEWEST)
             elements[name] = fitting_elements(min(kernel_s(programs[name], few) for _ in range(2)) / FEWEST)
         else:
@@ -152,7 +155,7 @@ def answer(bsdf: mi.BSDF, call: str, inputs: Inputs) -> mi.Float:
 
 
 def empty(call: str, inputs: Inputs) -> mi.Float:
-    """A number per element that depends on all arguments of the call: a kernel that reads them, without a BSDF.
+    """A number per element that depends on the call's directions, random numbers and wavelengths, without a BSDF.
 
     A BSDF may ignore an argument: `roughconductor` reads no `u1`, and no wavelengths for `pdf`. The time of such reads
     is subtracted, too, so the BSDF's time comes out slightly too small.

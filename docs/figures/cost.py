@@ -33,8 +33,8 @@ def bsdfs(pigment: Path) -> dict:
 def measure(repetitions: int, view: View, spp: int, max_depth: int) -> dict:
     """Seconds of each BSDF: creation, first render, and `repetitions` later renders in turn with the other BSDFs.
 
-    Returns {name: {tables_s, first_render_s, renders_s}}; `renders_s` is a list. Creation builds all tables, since the
-    cache is off. Compilation of kernels is part of the first render only.
+    The caller has selected a variant of VARIANTS. Returns {name: {tables_s, first_render_s, renders_s}}; `renders_s` is
+    a list. Creation builds all tables, since the cache is off. Compilation of kernels is part of the first render only.
     """
     files = snake_files()
     scenes, result = {}, {}

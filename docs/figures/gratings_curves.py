@@ -28,7 +28,7 @@ class Relief:
 def preset(name: str, period_um: float, height_um: float | None = None) -> Relief:
     """A preset of `sunbeam` with this period and peak-to-valley height.
 
-    Without a height it suits sweeps over the height only.
+    Without a height, the relief is for sweeps over the height (`littrow_against_height`).
     """
     height_words = () if height_um is None else ("--height", height_um)
     return Relief(("--preset", name, "--period", period_um, *height_words), period_um)
@@ -49,6 +49,7 @@ def echelette(period_um: float, samples: tuple[int, int], path: Path) -> Relief:
     heights_um = np.where(i <= count - short, i * step_um * np.tan(slope), (count - i) * step_um / np.tan(slope))
     # A file of heights is two-dimensional; this one has a single row.
     np.save(path, heights_um[None])
+    # The default levelling of files subtracts a plane, which would tilt the facets.
     words = ("--height-field", path, "--pixel-size", step_um, "--level", "none", "--tiling", "periodic")
     return Relief(words, period_um)
 
@@ -72,7 +73,7 @@ def solved(relief: Relief, *words) -> dict:
 
 
 def littrow(relief: Relief, ratio: float, metal: str | None) -> dict:
-    """Efficiencies `te` and `tm` of the returning order at λ/d = `ratio`, and the error `balance` of the power.
+    """Efficiencies `te` and `tm` of the returning order at λ/d = `ratio`, and `balance`, the error of the total power.
 
     Light comes from −x, the side that the long facets of `echelette` face, at sin θi = ratio/2. For this side the order
     that returns has the number −1.
@@ -135,7 +136,7 @@ def mirror_curve(relief: Relief, metal: str, wavelength_nm: float, angles_deg: t
 
 
 def vertex(x, y) -> tuple[float, float]:
-    """Position and value of the maximum of y over equidistant x, by a parabola through the largest three points.
+    """Position and value of the maximum of y over equidistant x, by a parabola at the largest y and its neighbours.
 
     Raises ValueError if the largest value is at an end.
     """
@@ -143,6 +144,6 @@ def vertex(x, y) -> tuple[float, float]:
     if not 0 < i < len(y) - 1:
         raise ValueError("the largest value lies at an end of the curve")
     before, at, after = y[i - 1 : i + 2]
-    # The parabola's maximum: its offset from x[i] in steps of x.
+    # Offset of the parabola's maximum from x[i] in steps of x. The first largest y exceeds `before`: no division by 0.
     shift = 0.5 * (before - after) / (before - 2 * at + after)
     return float(x[i] + shift * (x[i + 1] - x[i])), float(at - 0.25 * (before - after) * shift)

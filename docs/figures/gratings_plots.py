@@ -20,7 +20,10 @@ LITTROW_LABEL = "efficiency of the order that goes back"
 
 
 def littrow(ax, curves: dict, passing_off: tuple, title: str) -> None:
-    """Draws TE and TM of the retroreflected order over λ/d: aluminium as lines, the perfect conductor dotted."""
+    """Draws TE and TM of the retroreflected order over λ/d: aluminium as lines, the perfect conductor dotted.
+
+    `curves` has {ratio, te, tm} by the material's name, "Al" or "perfect".
+    """
     for key, colour, name in POLARISATIONS:
         ax.plot(curves["Al"]["ratio"], curves["Al"][key], color=colour, lw=1.4, label=f"{name}, aluminium")
         ax.plot(curves["perfect"]["ratio"], curves["perfect"][key], ":", color=colour, lw=1.2, label=f"{name}, perfect")
@@ -40,7 +43,10 @@ def blazed(path: Path, made: dict, passing_off: tuple) -> None:
 
 
 def sinusoidal(path: Path, made: dict, passing_off: tuple) -> None:
-    """Plots efficiencies of holographic gratings: the shallow one with its phase screen, then each depth."""
+    """Plots efficiencies of holographic gratings: the shallow one with its phase screen, then each depth h/d.
+
+    The phase screen of a sinusoid has the efficiency J₁², a squared Bessel function, in order 1.
+    """
     depths = made["depths"]
     figure, axes = plt.subplots(1, len(depths) + 1, figsize=(13, 3.6), sharey=True)
     shallow = made["shallow"]
@@ -80,7 +86,8 @@ def lamellar(path: Path, made: dict, passing_off: tuple) -> None:
 def plasmons(path: Path, made: dict) -> None:
     """Plots the plasmon's dips of a silver grating over the angle of incidence, and their angles over the height.
 
-    `expected_deg` has the angles by the closed form for shallow gratings, by order; the key of the first dip is "1".
+    `curves` are by the height in µm, as text. `expected_deg` has the angles by the closed form for shallow gratings, by
+    order; the key of the first dip is "1".
     """
     figure, axes = plt.subplots(1, 2, figsize=(10, 3.6), width_ratios=(2, 1))
     shades = plt.colormaps["viridis"]

@@ -14,7 +14,7 @@ from mitsuba_scenes.crosscheck.realtime import surface_words
 
 from .heights import height_field
 
-# Largest shown spatial frequency in cycles per µm: 2/λ at 380 nm, the largest that diffracts visible light.
+# Largest shown spatial frequency in cycles per µm: 2/λ at 380 nm, rounded up, the largest that diffracts visible light.
 REACH_PER_UM = 5.3
 # Range of a term's colour scale in powers of ten. A larger one shows fainter orders.
 DECADES = 5
@@ -37,7 +37,7 @@ def relief(skin: dict) -> Relief:
 
 
 def term(skin: dict, n: int) -> np.ndarray:
-    """|DFT((h/H)ⁿ)| of a surface, with h about the middle of its range and H half the range.
+    """|DFT((h/H)ⁿ)| of a surface as means over its pixels, with h from the middle of its range and H half the range.
 
     Rows are orders along y and columns orders along x, in ascending order; order 0 has the index size//2.
     """
@@ -56,7 +56,7 @@ def show_relief(axes: plt.Axes, shown: Relief, title: str) -> None:
 
 
 def show_term(axes: plt.Axes, skin: dict, n: int, title: str) -> None:
-    """Draws the logarithm of a term over spatial frequencies up to REACH_PER_UM."""
+    """Draws the logarithm of a term, relative to its largest value, over spatial frequencies up to REACH_PER_UM."""
     magnitudes = term(skin, n)
     # The picture's edges in cycles per µm, (left, right, lower, upper). Order j is at the frequency j/extent, and a
     # pixel is centred on its order.

@@ -2,7 +2,8 @@
 
 A *model* is scalar diffraction with a choice of obliquity factor, with or without energy conservation. Its *misplaced*
 power is the fraction of the light that it puts into wrong orders (validity_sweeps.py). Sweeps among the arguments are
-results of `validity.sweep`. `bound` is the misplaced power up to which a model is valid.
+results of `validity.sweep`: "values" in degrees of slope or µm of period, "angles_deg", and "misplaced" as
+[model][angle][value]. `bound` is the misplaced power up to which a model is valid.
 """
 
 from __future__ import annotations
@@ -57,6 +58,7 @@ def angles(path: Path) -> None:
             ax.plot(theta_i_deg, stam, color=colour, lw=1, ls="--")
         ax.set(title=title, xlabel="θi in degrees", ylim=(0, 1.1), xlim=(-90, 90), xticks=range(-90, 91, 30))
     axes[0].set_ylabel(f"efficiency at {SHOWN_NM:.0f} nm, unpolarised")
+    # Plots without points are entries of the legends.
     for order, colour in zip(SHOWN_ORDERS, COLOURS):
         axes[0].plot([], [], color=colour, label=f"order {order}")
     axes[1].plot([], [], "k", lw=1.8, alpha=0.45, label="rigorous")

@@ -26,6 +26,8 @@ from tests.judges.gratings.scalar import (
     propagating,
 )
 
+# The following numbers of the sweeps are chosen.
+#
 # Wavelengths over which errors are averaged.
 WAVELENGTHS_NM = (450.0, 520.0, 580.0, 650.0)
 # Angles of incidence from the side of +x.

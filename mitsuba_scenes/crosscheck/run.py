@@ -1,4 +1,7 @@
-"""Runs checks (a), (b) and (c) of the comparison (defined in __init__.py) in fixed views and lights."""
+"""Runs checks (a) same points, (b) same picture and (c) methods of the comparison in fixed views and lights.
+
+__init__.py defines the checks. (c) measures only; it cannot fail.
+"""
 
 from __future__ import annotations
 
@@ -23,11 +26,11 @@ CLOSE = View(96, 64, fov_deg=8.0)
 CLOSER = View(48, 32, fov_deg=4.0)
 # View of check (c): the whole snake, as in the demo.
 WHOLE = View(72, 48)
-# Suns of checks (a) and (b), by azimuth and elevation in degrees. Each shows an order of the blazed grating in CLOSE.
+# Suns of check (a), by azimuth and elevation in degrees. Each shows an order of the blazed grating in CLOSE.
 LIGHTS = tuple(sun(*angles) for angles in ((-180.0, 25.0), (-60.0, 40.0), (-30.0, 25.0)))
 # The sun of check (b), and of the short form of check (a).
 SINGLE_LIGHT = LIGHTS[1]
-# Samples a pixel of path-traced pictures of the patch model, whose speckle is noisy. More lower the noise.
+# Samples a pixel of path-traced pictures of the patch model, whose speckle is noisy. More samples lower the noise.
 SPP_PATCH = 2304
 # Samples a pixel of path-traced pictures of the ensemble, which has no speckle and needs fewer.
 SPP_ENSEMBLE = 1024
@@ -44,7 +47,7 @@ class Disagreement(Exception):
 def crosscheck(output: Path, scan: Path = SCAN, short: bool = False) -> dict:
     """Runs the checks in the selected variant, prints their results and returns the report.
 
-    A check that fails is reported, and the others go on; `insist` raises its error.
+    A check that fails is reported, and the others go on; `insist` raises an error of all failures.
 
     The report has the entries "points", "pictures" and "methods", each by the surfaces' names, and the messages of all
     failed checks as "failures". The report is written to `crosscheck.json` in `output`, beside the pictures.

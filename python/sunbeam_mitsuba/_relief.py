@@ -60,7 +60,8 @@ class Relief:
 def single_precision(heights: NDArray[np.float64]) -> NDArray[np.float32]:
     """Heights as contiguous 32-bit floats, in the given unit.
 
-    A large mean is subtracted to keep digits (_OFFSET_MAX); the diffraction does not depend on it.
+    A large mean is subtracted to keep digits (_OFFSET_MAX), unless the relief is flat; the diffraction does not depend
+    on the mean.
     """
     finite = heights[np.isfinite(heights)]
     if finite.size and np.abs(finite).max() > _OFFSET_MAX * np.ptp(finite) > 0:

@@ -49,7 +49,7 @@ _POINTS = "xyz"
 # row is the top of the picture.
 _BOTTOM_FIRST = ("sdf", "x3p", "xyz")
 # SurfaceTopography's names of formats in which the order of rows depends on the program that wrote the file
-# (`top_is_first`).
+# (`top_is_first` in _relief.py).
 _EITHER_FIRST = ("nc",)
 # Relative difference above which the given pixel size contradicts the file's, as in the native readers.
 _PIXEL_SIZE_RTOL = 1e-6
@@ -180,7 +180,7 @@ def _open(path: Path) -> Any:
     """
     readers = library()
     extension = path.suffix[1:].lower()
-    # Reader by content, and the message of the last reader that failed.
+    # Reader by content, returned last if its extensions do not fit, and the message of the last reader that failed.
     found, failure = None, ""
     try:
         found = readers.open_topography(str(path))

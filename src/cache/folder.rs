@@ -28,7 +28,8 @@ pub(super) enum KeepError {
 pub(super) fn read<T: DeserializeOwned>(folder: &Path, key: &Key) -> Option<T> {
     let path = folder.join(key.file_name());
     let tables = decode(key, &fs::read(&path).ok()?)?;
-    // The modification time serves as the time of last use. If setting it fails, the entry may be removed too early.
+    // The modification time serves as the time of last use. Setting it needs a file open for writing, which `append`
+    // leaves unchanged. If setting it fails, the entry may be removed too early.
     if let Ok(file) = File::options().append(true).open(&path) {
         let _ = file.set_modified(SystemTime::now());
     }
@@ -66,6 +67,7 @@ fn make_room(folder: &Path, limit_bytes: u64) -> io::Result<()> {
         let used = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
         let name = file.file_name().to_string_lossy().into_owned();
         if name.starts_with(UNFINISHED) && now.duration_since(used).is_ok_and(|age| age > STALE_AGE) {
+            // Another process may have removed it.
             let _ = fs::remove_file(file.path());
         } else if is_file_name(&name) && metadata.is_file() {
             entries.push((used, metadata.len(), file.path()));
@@ -77,6 +79,7 @@ fn make_room(folder: &Path, limit_bytes: u64) -> io::Result<()> {
         if total_bytes <= limit_bytes {
             break;
         }
+        // An entry that cannot be removed still takes its bytes.
         if fs::remove_file(path).is_ok() {
             total_bytes -= size_bytes;
         }

@@ -14,14 +14,15 @@ const STORED_EXPONENT_MAX: i32 = (1 << (u32::BITS - 3 * MANTISSA_BITS)) - 1;
 /// Bias of a single-precision exponent, 127.
 const BIAS: i32 = f32::MAX_EXP - 1;
 
-/// Exponent offset of a table with the largest absolute value `largest`, which then has the largest stored exponent.
-pub(super) fn exponent_offset(largest: f32) -> u32 {
+/// Exponent offset of a table whose largest absolute value is `table_largest`, a finite number. This value gets the
+/// largest stored exponent.
+pub(super) fn exponent_offset(table_largest: f32) -> u32 {
     // Within these bounds powers of two and their products with a mantissa are normal numbers.
-    (exponent(largest) + BIAS - STORED_EXPONENT_MAX).clamp(1, 200) as u32
+    (exponent(table_largest) + BIAS - STORED_EXPONENT_MAX).clamp(1, 200) as u32
 }
 
-/// Packs linear sRGB with the table's exponent `offset`. The error is at most 0.4 % of the largest channel. Channels
-/// below 2⁻³¹/510 of the table's largest value become 0.
+/// Packs linear sRGB with the table's exponent `offset`. The error is at most 0.4 % of the largest channel or 2⁻³⁸ of
+/// the table's largest value, whichever is more. Channels below 2⁻³¹/510 of the table's largest value become 0.
 pub(super) fn pack(rgb: [f32; 3], offset: u32) -> u32 {
     let largest = rgb.iter().fold(0f32, |a, b| a.max(b.abs()));
     let stored = (exponent(largest) + BIAS - offset as i32).clamp(0, STORED_EXPONENT_MAX) as u32;

@@ -147,6 +147,7 @@ impl<'a, const K: usize> Builder<'a, K> {
         if self.integral.is_dielectric() && albedo.values.iter().flatten().all(|value| *value == 0.0) {
             return None;
         }
+        // With a in the place of b, which a may exceed: this t is no divisor yet, but serves as b of the table's nodes.
         let coarse = self.fill_nodes(coarse_grid, COARSE_STRIDE, Some(&albedo), &steps);
         let mut nodes = self.fill_nodes(grid, 1, Some(&coarse), &steps);
         // t bounds the albedo only if A ≥ b everywhere. `least` has b, the coarse table, at the table's nodes.

@@ -21,8 +21,8 @@
 //! The table holds `(A − 1)·cos²θ` at its nodes, and is linear between them. It is filled in four steps (`build.rs`):
 //!
 //! 1. Nodes of a grid half as fine get a.
-//! 2. These nodes get t, with a as b.
-//! 3. Nodes of the table get t with the values of step 2 as b, and a margin.
+//! 2. These nodes get t, with a as b. Since a may exceed the divisor, this t only serves as b in step 3.
+//! 3. Nodes of the table get t with the values of step 2 as b, and a margin, but at least b.
 //! 4. Where the table lies below t in the centre of a cell, the cell's corners are raised.
 //!
 //! Where an order passes the horizon, t has a ridge narrower than a cell. A node stands for the incidences and
@@ -80,12 +80,12 @@ pub struct AlbedoLayout {
 /// A node holds `(A − 1)·cos²θ`, or zero where A is below 1 and nothing is divided. It is finite at the horizon,
 /// where A has a pole in cosθ: of the first order for narrow orders, of the second for orders wider than cosθ.
 ///
-/// Words are arranged `[side][slab][wavelength][y][x]`. A table of a transparent body has the side of air and the side
-/// of the medium ([`AlbedoTable::build_of_body`]); others have one. There is one slab unless the relief has several
-/// sizes ([`SizeAxes`]). Each cell has a packet of four words, so that a look-up takes one read, or two for several
-/// sizes. A packet has the corners (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) of the cell's lower plane of
-/// wavelength, then those of its upper plane. Two corners share a word as 16-bit floats (bfloat16), rounded up, the
-/// first in the lower half.
+/// Words are arranged `[side][slab][gap][y][x]`, with the gaps between neighbouring planes of wavelength. A table of a
+/// transparent body has the side of air and the side of the medium ([`AlbedoTable::build_of_body`]); others have one.
+/// There is one slab unless the relief has several sizes ([`SizeAxes`]). Each cell has a packet of four words, so that
+/// a look-up takes one read, or two for several sizes. A packet has the corners (x, y), (x + 1, y), (x, y + 1),
+/// (x + 1, y + 1) of the cell's lower plane of wavelength, then those of its upper plane. Two corners share a word as
+/// 16-bit floats (bfloat16), rounded up, the first in the lower half.
 ///
 /// ```
 /// use sunbeam::{Options, Preset, Surface};
@@ -124,7 +124,7 @@ impl AlbedoTable {
         Some((built, report))
     }
 
-    /// Packets `[wavelength][y][x]` of the planes of an integral. `group` gives the wavelength at a position among the
+    /// Packets `[gap][y][x]` of the planes of an integral. `group` gives the wavelength at a position among the
     /// planes, from 0 to `planes − 1`.
     fn slab(
         integral: &AlbedoIntegral,
@@ -135,6 +135,7 @@ impl AlbedoTable {
         let grid = Grid { cells };
         match Builder::new(integral, planes as usize, group).build(grid, progress) {
             Some(nodes) => packets(grid, planes, |node| nodes.values[node][0]),
+            // No albedo exceeds one.
             None => packets(grid, planes, |_| 0.0),
         }
     }
@@ -144,7 +145,7 @@ impl AlbedoTable {
         &self.layout
     }
 
-    /// Packets of all cells, `[side][slab][wavelength][y][x]`, four words each.
+    /// Packets of all cells, `[side][slab][gap][y][x]`, four words each.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
@@ -267,7 +268,7 @@ impl<N: Numbers> AlbedoView<N> {
     }
 }
 
-/// Packets `[wavelength][y][x]` of all cells of a slab. `value` is that of a node, numbered `[wavelength][y][x]`.
+/// Packets `[gap][y][x]` of all cells of a slab. `value` is that of a node, numbered `[plane][y][x]`.
 fn packets(grid: Grid, planes: u32, value: impl Fn(usize) -> f32) -> Vec<u32> {
     let cells = grid.cells as usize;
     let words = (0..cells * cells * (planes as usize - 1)).flat_map(|i| {

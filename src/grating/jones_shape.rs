@@ -4,10 +4,11 @@
 use sunbeam_fourier::num_complex::Complex64;
 
 /// Smallest `|ky/k|` by which the crossed elements are divided. Division by smaller values would amplify the solver's
-/// error. A larger bound attenuates the crossed elements of more incidences; near ky = 0 they are small anyway.
+/// error. A larger bound makes the crossed elements of shapes too small at more incidences; near ky = 0 they are small
+/// anyway.
 const KY_RATIO_MIN: f64 = 0.02;
-/// Smallest power of a matrix that is normalised, relative to the incident power; below it the shape is zero.
-/// Amplitudes of 1e-9 are far below the solver's error.
+/// Smallest power of a matrix that is normalised, after the division by ky/k; below it the shape is zero. It belongs to
+/// amplitudes of 1e-9 of the incident wave, which are far below the solver's error.
 const POWER_MIN: f64 = 1e-18;
 
 /// A Jones matrix between the states of Ey and of Hy, `[EE, EH, HE, HH]`, the outgoing state first.
@@ -17,8 +18,8 @@ const POWER_MIN: f64 = 1e-18;
 /// scaled to power 1 after that division.
 pub(super) type JonesShape = [Complex64; 4];
 
-/// Shape of the Jones matrix `[[EE, EH], [HE, HH]]` at the ratio `ky²/k²`, which is negative for imaginary ky. It is
-/// zero for a matrix without power.
+/// Shape of the Jones matrix `[[EE, EH], [HE, HH]]` at the ratio `ky²/k²`, which is negative for imaginary ky. The
+/// matrix is that of the principal root: ky ≥ 0, or ky = i·|ky|. The shape is zero for a matrix without power.
 pub(super) fn jones_shape([[ee, eh], [he, hh]]: [[Complex64; 2]; 2], ky_squared_ratio: f64) -> JonesShape {
     let magnitude = ky_squared_ratio.abs().sqrt().max(KY_RATIO_MIN);
     let ky_ratio = if ky_squared_ratio < 0.0 { Complex64::new(0.0, magnitude) } else { Complex64::new(magnitude, 0.0) };

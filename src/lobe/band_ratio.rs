@@ -1,7 +1,8 @@
 //! Band means of the ratio R/R0 in a colour lobe (`colour_lobe.rs`), for reliefs of other sizes than the table's. R is
 //! the material's Fresnel reflectance at a wavelength, R0 that of one reference index for all wavelengths.
 //!
-//! A *band* is a channel of linear sRGB: an integral over wavelengths with the channel's weights.
+//! A *band* is a channel of linear sRGB: an integral over wavelengths with the channel's weights. The *cosine at a half
+//! vector* is that of the angle between it and either direction.
 //!
 //! A colour table includes R/R0 at the half vector of the scattering vector at which it is read. For a resized relief
 //! this half vector differs from that of the pair of directions. The lobe therefore multiplies each channel by the
@@ -105,6 +106,7 @@ mod tests {
             let quotients = bands.quotients(cos, 1.0);
             for band in 0..3 {
                 let expected = at[band] / normal[band];
+                // The accuracy of the polynomials, as at `COEFFICIENTS`.
                 assert!((quotients[band] / expected - 1.0).abs() < 2e-3, "{cos} {band}: {quotients:?}");
             }
         }

@@ -87,7 +87,7 @@ pub(crate) fn sample_direction<'a>(
     wavelengths_nm: &[f64],
     u: [f64; 3],
 ) -> Option<Vec3> {
-    let (to_below, [first, ..]) = lobe.choose(wi, u);
+    let (to_below, [first, second, third]) = lobe.choose(wi, u);
     // The whole part of `position` is the index of the chosen wavelength. The fraction is a random number, independent
     // of the choice.
     let position = (first - UNIFORM_FRACTION).max(0.0) / (1.0 - UNIFORM_FRACTION) * wavelengths_nm.len() as f64;
@@ -98,8 +98,8 @@ pub(crate) fn sample_direction<'a>(
     // UNIFORM_FRACTION and the fraction above.
     let rescaled =
         if first < UNIFORM_FRACTION { first } else { UNIFORM_FRACTION + (1.0 - UNIFORM_FRACTION) * fraction };
-    let draw = |_, u, active| lobe.draw(wi, to_below, nm, u, active);
-    let [x, y, z] = sample_mixture::<Double<'a>, 1>([rescaled, u[1], u[2]], lobe.accepts(wi), draw);
+    let draw = |_choice, u, active| lobe.draw(wi, to_below, nm, u, active);
+    let [x, y, z] = sample_mixture::<Double<'a>, 1>([rescaled, second, third], lobe.accepts(wi), draw);
     // The zero vector stands for no direction. Directions drawn above the relief are mirrored to the side chosen.
     (z != 0.0).then_some([x, y, if to_below { -z } else { z }])
 }

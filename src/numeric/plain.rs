@@ -1,4 +1,4 @@
-//! Single numbers by value, in single or double precision.
+//! Single numbers by value, in single or double precision. mod.rs documents the traits and their functions.
 
 use super::{Index, Mask, Number, Numbers, Real, State, Values};
 use std::ffi::CStr;
@@ -42,7 +42,7 @@ macro_rules! number_items {
         fn le(self, other: Self) -> bool {
             self <= other
         }
-        // `f32::min` takes longer, since it treats NaN specially.
+        // `f32::min` takes longer, since it treats NaN specially. Here results with NaN are unspecified.
         #[inline(always)]
         fn min(self, other: Self) -> Self {
             if self < other { self } else { other }
@@ -123,7 +123,7 @@ macro_rules! reals {
             }
             #[inline(always)]
             fn gather<const W: usize>(table: &'a [u32], at: u32, mask: bool) -> [u32; W] {
-                // A position whose mask is false may lie beyond the table.
+                // Only a position whose mask is false may lie beyond the table.
                 match table.get(W * at as usize..).and_then(|rest| rest.first_chunk()) {
                     Some(words) if mask => *words,
                     _ => [0; W],

@@ -36,7 +36,7 @@ pub struct Options {
     pub conserve_energy: bool,
     /// Whether the V-cavity factor M applies (default: false).
     pub shadowing: bool,
-    /// Largest direction cosine along the surface at which light leaves (default: 1). Under a cover of index n it is
+    /// Largest sine of the angle from the normal at which light leaves (default: 1). Under a cover of index n it is
     /// 1/n, beyond which light is totally reflected ([`Cover`](super::Cover)). The sampler draws no light beyond.
     pub reach: f64,
     /// Relative sizes at which the surface is evaluated; `None` for the relief's own size (default).
@@ -45,7 +45,7 @@ pub struct Options {
     /// height field is the relief magnified by the body's index, and albedos are those of reflection and transmission
     /// together.
     pub body: Option<TransparentBody>,
-    /// Relative error to which tables are built (default: 1e-3). Smaller values take more memory and time.
+    /// Largest relative error of the tables (default: 1e-3). Smaller values take more memory and time.
     pub tolerance: f64,
     /// Factor on the limits of memory and time of a build, at least 1 (default: 1). Tables do not depend on it.
     #[serde(skip, default = "default_build_limit")]
@@ -77,7 +77,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Estimate of memory and time to build a surface of `field`, without building it.
+    /// Sizes and options that determine the memory and time to build a surface of `field`. Builds nothing.
     pub fn demand(&self, field: &HeightField) -> BuildDemand {
         let (low, high) = field.range_um();
         // A single row or column of pixels. The albedo of such a grating has ridges, which take more work.
@@ -112,6 +112,7 @@ impl Options {
     pub(crate) fn albedo_factor<R: Real>(&self, q: [R; 3], cosines: [R; 2], index: Option<ComplexIndex>) -> R {
         let angular = angular_factor(self.obliquity, self.shadowing, q, cosines);
         match self.obliquity {
+            // O is 1 beside Q.
             Obliquity::SmallSlope => small_slope(q, cosines, index) * angular,
             Obliquity::Stam | Obliquity::Unit => angular,
         }

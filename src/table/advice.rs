@@ -1,4 +1,4 @@
-//! Advice in the message of a refused build: changes that would bring its cost below the limit.
+//! Advice in the message of a refused build: changes that would bring its cost within the limit.
 //!
 //! A *build limit* is a factor, at least 1, on the default limits of memory and time ([`BuildDemand::check`]). Users
 //! set it by the parameter `build_limit`. [`Estimate::limit`] is the smallest build limit that allows a build.
@@ -8,7 +8,7 @@ use super::estimate::{BUILD_LIMIT, BuildDemand, Estimate};
 /// Peak-to-valley height in µm from which on the advice asks whether the given heights are in nm. Chosen: reliefs that
 /// diffract are much shallower. Larger values miss mistakes; smaller ones ask about reliefs that are merely deep.
 const DEEP_UM: f64 = 10.0;
-/// Relative errors of the tables (`tolerance`) that may be advised, ascending.
+/// Relative errors of the tables (`tolerance`) that may be advised, ascending. Chosen round numbers.
 const TOLERANCES: [f64; 5] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
 /// Coherence lengths in µm that may be advised, descending: round numbers and the default, 65.
 const COHERENCE_LENGTHS_UM: [f64; 10] = [3e4, 1e4, 3e3, 1e3, 300.0, 100.0, 65.0, 30.0, 10.0, 3.0];
@@ -16,8 +16,8 @@ const COHERENCE_LENGTHS_UM: [f64; 10] = [3e4, 1e4, 3e3, 1e3, 300.0, 100.0, 65.0,
 const PIXELS_MIN: usize = 64;
 
 impl BuildDemand {
-    /// Text that names changes, each of which alone brings the build below `build_limit`. `estimate` is the cost of the
-    /// refused build.
+    /// Text that names changes, each of which alone is enough for the build to be allowed at `build_limit`. `estimate`
+    /// is the cost of the refused build.
     pub(super) fn advice(&self, estimate: Estimate, build_limit: f64) -> String {
         let fits = |changed: &Self| changed.estimate().limit() <= build_limit;
         let mut changes = Vec::new();

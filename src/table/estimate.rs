@@ -1,10 +1,11 @@
 //! Cost of building tables, from sizes alone.
 //!
 //! A build transforms the relief at every knot in the phase rate κ, and computes a spline through the knots of every
-//! kept node: a node that the look-up of some pair of directions reads. A header and the coefficients of the spline are
-//! the node's *record* in the table. Builds with finer knots follow until the tolerance is met (`build.rs`). Estimates
-//! are for all of them, with the knots of the last one. The numbers of knots and nodes follow from sizes and options.
-//! An estimate transforms nothing and allocates at most 20 kB, so that an endless build is refused at once.
+//! kept node: a node of the frequency lattice (mod.rs) that the look-up of some pair of directions reads. A header and
+//! the coefficients of the spline are the node's *record* in the table. Builds with finer knots follow until the
+//! tolerance is met (`build.rs`). Estimates are for all of them, with the knots of the last one. The numbers of knots
+//! and nodes follow from sizes and options. An estimate transforms nothing and allocates at most 20 kB, so that an
+//! endless build is refused at once.
 //!
 //! - `knots`: number of knots in the range of κ. Knots beyond its upper end are transformed as well:
 //!   `computed_knots = knots + EXTRA_KNOTS`. Values at the knots below κ = 0 are mirrored from those above. They take
@@ -43,7 +44,8 @@ const SCREEN_NS: f64 = 10.8;
 const TRANSFORM_NS: f64 = 0.66;
 /// Nanoseconds per knot of a node, to gather its value, filter it and write its coefficient.
 const KNOT_NS: f64 = 6.0;
-/// Number of κ besides the knots at which node values are computed: two near zero, and those that measure the error.
+/// Number of κ besides the knots at which node values are computed: two near zero for the headers of records, and those
+/// that measure the error.
 const OTHER_KAPPAS: f64 = 2.0 + ERROR_KAPPAS as f64;
 /// Typical knot spacing of the last build over that of the first.
 const LAST_SPACING: f64 = 0.7;
@@ -59,8 +61,8 @@ const ENERGY_KNOT_PAIR_NS: f64 = 1600.0;
 /// Time and memory of the sampler over those of the table from which it is computed.
 const SAMPLER_FRACTION: f64 = 0.5;
 
-/// Upper bound of the number of samples on one side of an axis, from which kept nodes are counted. The count is exact
-/// on axes of up to 1025 nodes, and close on longer axes, since it varies smoothly. More samples take longer.
+/// Largest number of samples on one side of an axis (`axis_samples`). The count of kept nodes is exact on axes of up to
+/// 1025 nodes, and close on longer axes, since it varies smoothly. More samples take longer.
 const AXIS_SAMPLES_MAX: usize = 512;
 
 /// Cost of a build.
@@ -154,7 +156,7 @@ pub struct BuildDemand {
     pub tiling: Tiling,
     /// Coherence length in µm: four standard deviations of the window.
     pub coherence_length_um: f64,
-    /// Relative error of the table.
+    /// Largest relative error of the table.
     pub tolerance: f64,
     /// Use of the table.
     pub purpose: Purpose,
@@ -305,11 +307,12 @@ impl KeptCount {
         let mut kept = Self { nodes: 0.0, lattice_nodes, floats: 0.0 };
         for y in &y {
             for x in &x {
-                // Records extend to the largest κ of look-ups that read the nodes. Beyond the frequencies of all pairs
-                // of directions nodes have no record.
+                // Records extend to the largest κ of look-ups that read the nodes. Nodes beyond the frequencies of all
+                // pairs of directions have no record.
                 if let Some(kappa) = kappa_reached([x.frequency_per_um, y.frequency_per_um]) {
-                    kept.nodes += x.nodes * y.nodes;
-                    kept.floats += x.nodes * y.nodes * record_floats(quantity, (kappa / kappa_step).floor());
+                    let (nodes, last_knot) = (x.nodes * y.nodes, (kappa / kappa_step).floor());
+                    kept.nodes += nodes;
+                    kept.floats += nodes * record_floats(quantity, last_knot);
                 }
             }
         }
@@ -325,7 +328,7 @@ struct AxisSample {
     nodes: f64,
 }
 
-/// Samples of an axis's nodes; the first is node 0 alone.
+/// Samples of an axis's nodes, whose numbers are −reach to reach; the first is node 0 alone.
 fn axis_samples(axis: &LatticeAxis) -> Vec<AxisSample> {
     let reach = axis.reach as f64;
     let count = axis.reach.min(AXIS_SAMPLES_MAX);

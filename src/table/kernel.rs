@@ -98,7 +98,8 @@ pub(super) const OVERSAMPLING: f64 = 3.0;
 /// for the autocorrelation of a tapered scan and for a Gaussian window. The test `images_stay_below_the_planned_error`
 /// repeats the measurement.
 const LOG_FALL_PER_TAP: f64 = 2.1;
-/// Natural logarithm of the images at zero taps, the intercept of the fit of [`LOG_FALL_PER_TAP`].
+/// Natural logarithm of the images at zero taps, the intercept of the fit: images are about
+/// `exp(LOG_IMAGES_AT_ZERO_TAPS − LOG_FALL_PER_TAP·taps)`.
 const LOG_IMAGES_AT_ZERO_TAPS: f64 = 0.6;
 /// β of the semicircle for each tap. 2.3 makes the images of 5 to 8 taps weakest in the measurement of
 /// [`LOG_FALL_PER_TAP`]. At 2.1 they are two to three times as strong, at 2.5 two to thirteen times.
@@ -142,6 +143,7 @@ mod tests {
     fn variances_match_midpoint_sums() {
         for kernel in kernels() {
             let variance = midpoint_sum(kernel, |d| d * d) / midpoint_sum(kernel, |_| 1.0);
+            // Error of the midpoints as above, weighted by d².
             assert!((kernel.sigma().powi(2) - variance).abs() < 1e-6, "{kernel:?}");
         }
     }
@@ -158,6 +160,7 @@ mod tests {
                     .map(|i| f64::from(i) / 50.0)
                     .map(|lag| {
                         let x = lag / OVERSAMPLING;
+                        // Images further away are much weaker.
                         let images: f64 = (1..4)
                             .map(f64::from)
                             .map(|n| kernel.transform(x - n).abs() + kernel.transform(x + n).abs())
@@ -165,6 +168,7 @@ mod tests {
                         data(lag) * images / kernel.transform(x)
                     })
                     .fold(0.0, f64::max);
+                // The points of the fit.
                 println!("{name} {log_error}: {:.2}", -worst.ln());
                 assert!(worst < (-log_error).exp(), "{name} {log_error}: {worst}");
             }

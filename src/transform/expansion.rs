@@ -30,7 +30,7 @@ pub enum Series {
 }
 
 /// Number N of Chebyshev terms that represent `exp(iκh)` with an absolute error of at most `tolerance`, for all |h| ≤ H
-/// and κH up to `kappa_h`; at least 1.
+/// and κH up to `kappa_h`; at least 1. `tolerance` is 1e-20 or more.
 ///
 /// The error is at most `2 Σ_{n≥N} |J_n(κH)|`. For n > κH the Bessel functions decrease faster than geometrically.
 pub fn chebyshev_terms(kappa_h: f64, tolerance: f64) -> usize {
@@ -47,7 +47,7 @@ pub fn chebyshev_terms(kappa_h: f64, tolerance: f64) -> usize {
 }
 
 /// Number of Taylor terms that represent `exp(iκh)` with an absolute error of at most `tolerance`, for all |h| ≤ H and
-/// κH up to `kappa_h`; at least 1.
+/// κH up to `kappa_h`; at least 1. `tolerance` is positive.
 ///
 /// Rounding is not included; see [`Series::Taylor`].
 pub fn taylor_terms(kappa_h: f64, tolerance: f64) -> usize {
@@ -100,7 +100,8 @@ impl<T: Precision> TermTransform<T> {
         };
         let value = |&u: &f64| Complex::new(cast(basis(u) * per_pixel), T::zero());
         let mut bins: Vec<_> = self.scaled_heights.par_iter().with_min_len(CHUNK).map(value).collect();
-        self.fft.process(&mut bins, &mut Vec::new());
+        let mut scratch = Vec::new();
+        self.fft.process(&mut bins, &mut scratch);
         bins
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! Tables are read from the cache (in memory or on disk) or built. Instances with equal parameters share one copy. The
 //! parameter `theory` and the kind of variant (spectral, or in colours) choose among the four kinds of [`Tables`].
+//! `logged` (log.rs) writes the progress of a build to Mitsuba's log. bridge.rs explains the interface's factor.
 
 use super::super::log::logged;
 use super::index::spectral_index;
@@ -53,8 +54,8 @@ pub(super) enum Tables {
 
 impl Recipe {
     /// Parses the JSON parameters and checks them against the index, which is not known if it comes from a texture or a
-    /// colour. `obliquity` = `auto` is replaced by the choice for this index, which stays even if `eta` and `k` change
-    /// later.
+    /// colour. In scalar theory, `obliquity` = `auto` is replaced by the choice for this index, which stays even if
+    /// `eta` and `k` change later. The rigorous theory has no obliquity factor.
     pub(super) fn new(
         config_json: &str,
         samples: &ffi::IndexSamples,

@@ -63,7 +63,7 @@ fn computed<const R: usize>(results: [Owned; R], count: usize) -> [Vec<f32>; R] 
 
 /// Number of nodes of the test's table, at the places 0, 1, ….
 const NODES: u32 = 64;
-/// Number of words of a node's record, one for each knot.
+/// Number of words of a node's record, one for each knot. The table is the records of all nodes in turn.
 const WORDS: u32 = 16;
 /// Standard deviation of the Gaussian weights of nodes, in distances of nodes.
 const SIGMA: f64 = 0.6;
@@ -94,17 +94,17 @@ impl<N: Numbers> Lookup<N> {
             |(i, ..)| active & i.lt(int(4)),
             |(i, sum, weights)| {
                 let record = (node + i) * int(WORDS / 4) + (low >> 2);
-                // Seven words, in packets of four, two and one.
-                let words: [_; 8] = {
+                // Seven words, in packets of four, two and one, to test every size. The spline needs the first six.
+                let words = {
                     let [a, b, c, d] = N::gather::<4>(self.0, record, active);
                     let [e, f] = N::gather::<2>(self.0, record * int(2) + int(2), active);
                     let [g] = N::gather::<1>(self.0, record * int(4) + int(6), active);
-                    [a, b, c, d, e, f, g, int(0)]
+                    [a, b, c, d, e, f, g]
                 };
                 let from_first = knot - N::real((low >> 2) << 2);
                 let mut value = lit(0.0);
                 for (k, &word) in words.iter().enumerate() {
-                    // The bits are those of the exponent of 1, so coefficients are in [1, 2).
+                    // The added bits are the exponent of 1, so coefficients are in [1, 2).
                     let [_, coefficient] = math::bf16_pair::<N>(word | int(0x3f80_0000));
                     value = math::cubic_b_spline(from_first - lit(k as f64)).fma(coefficient, value);
                 }
@@ -118,18 +118,18 @@ impl<N: Numbers> Lookup<N> {
 
 /// Pseudorandom mantissas by Knuth's multiplicative hash; the bits of sign and exponent are 0.
 fn table() -> Vec<u32> {
-    (0..(NODES + 1) * WORDS).map(|i| (i.wrapping_mul(2_654_435_761) >> 9) << 7 & 0x007f_ff80).collect()
+    (0..NODES * WORDS).map(|i| (i.wrapping_mul(2_654_435_761) >> 9) << 7 & 0x007f_ff80).collect()
 }
 
-/// Places and knots, multiples of irrational steps modulo the table's size: those of the golden ratio and the plastic
-/// number.
+/// Places and knots spread over the table: multiples of the inverse golden ratio and of the inverse plastic number,
+/// modulo 1, times the numbers of nodes and of knots.
 fn queries(count: usize) -> [Vec<f32>; 2] {
     let fraction = |i: usize, step: f64| (i as f64 * step).fract();
     let column = |step: f64, scale: f64| (0..count).map(|i| (fraction(i, step) * scale) as f32).collect();
     [column(0.618_033_988_7, f64::from(NODES)), column(0.754_877_666_2, f64::from(WORDS))]
 }
 
-/// Rounding of single precision through a dozen operations; the logarithm is of order one.
+/// Tolerance: rounding of single precision (6e-8) through a dozen operations; the logarithm is of order one.
 const SINGLE: f32 = 4e-6;
 
 /// Compares the look-up, traced and by value, at many places.
@@ -170,6 +170,7 @@ fn traced_lookups_match_plain() {
 #[test]
 fn traced_operations_match_plain() {
     let Some((backend, _one)) = llvm() else { return };
+    /// Results of each operation; those with a truth value are 1 or 2.
     fn all<N: Numbers>(a: N::Real, b: N::Real) -> [N::Real; 21] {
         let (lit, int) = (N::Real::lit, N::Index::lit);
         let truth = |mask: N::Mask| N::Real::select(mask, lit(1.0), lit(2.0));
@@ -199,7 +200,7 @@ fn traced_operations_match_plain() {
             math::normal_quantile(lit(0.5) + a * lit(0.1)),
         ]
     }
-    // Products and quotients are not near integers, where rounding would decide.
+    // No argument of a floor, ceiling or truncation is near an integer, where rounding would decide.
     let a: Vec<f32> = (0..300).map(|i| -4.0 + 0.027_18 * i as f32 + 1e-3).collect();
     let b: Vec<f32> = (0..300).map(|i| 3.0 - 0.019_73 * i as f32 + 3e-3).collect();
     let inputs = [&a, &b].map(|column| Array::words(backend, &bits(column)));
@@ -232,6 +233,7 @@ fn map_each_loops_and_is_zero_where_masked() {
         let results = trace(backend, |scope| {
             let x = reals(scope, &input);
             let lit = Var::<f32>::lit;
+            // The mask `x ≤ x` is false for NaN.
             let lanes = Traced::map_each(c"lanes", [x, x + lit(1.0), x + lit(2.0)], x.le(x), |x| [x * x, -x]);
             let one = Traced::map_each(c"lanes", [x], x.le(x), |x| [x + x]);
             [lanes[0][0], lanes[0][2], lanes[1][1], one[0][0]].map(|v| v.owned(scope))
@@ -243,7 +245,7 @@ fn map_each_loops_and_is_zero_where_masked() {
     }
 }
 
-/// Traces a loop within a loop, whose inner step calls `fail`.
+/// Traces a loop within a loop, whose inner step calls `fail`. The result is the input plus 4.
 fn failing(backend: u32, input: u32, fail: &dyn Fn()) -> Result<Owned, TraceError> {
     trace(backend, |scope| {
         let int = Var::<u32>::lit;

@@ -33,7 +33,7 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
-    /// A linear axis. A range of a single value is widened, with the value in the middle.
+    /// A linear axis. A range of a single value is widened to a length of 1, with the value in the middle.
     pub(crate) fn linear(label: &'static str, (first, last): (f64, f64)) -> Self {
         let margin = if first == last { 0.5 } else { 0.0 };
         Self { label, first: first - margin, last: last + margin, is_logarithmic: false }
@@ -115,7 +115,7 @@ pub(crate) struct Chart {
 }
 
 impl Chart {
-    /// An empty chart of `size` (width, height) in pixels.
+    /// An empty chart of `size` (width, height) in pixels, which is larger than the margins.
     pub(crate) fn new(size: (u32, u32), title: &str, x: Axis, y: Axis) -> Self {
         let area = (f64::from(size.0) - LEFT - RIGHT, f64::from(size.1) - TOP - BOTTOM);
         // Neighbouring cells must not show a seam.
@@ -212,7 +212,7 @@ impl Chart {
     }
 }
 
-/// The SVG of charts in rows of at most `columns`. `size` is the width and height of each chart in pixels.
+/// The SVG of charts in rows of at most `columns` (1 or more). `size` is the width and height of each chart in pixels.
 pub(crate) fn drawing(charts: Vec<Group>, size: (u32, u32), columns: usize) -> String {
     let columns = charts.len().clamp(1, columns);
     let rows = charts.len().div_ceil(columns);

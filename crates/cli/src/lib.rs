@@ -53,6 +53,7 @@ pub type Outcome = Result<(), Box<dyn Error>>;
 ///
 /// Directions are in the surface's frame: z is the normal, and wi and wo both point away from the surface. Lengths on
 /// the surface are in µm, wavelengths in nm. The exit status is 0, or 2 with one line on stderr that names the error.
+// Without `arg_required_else_help = false`, a missing subcommand would print the whole help instead of one line.
 #[derive(Parser)]
 #[command(name = "sunbeam", version, subcommand_required = true, arg_required_else_help = false)]
 struct Cli {
@@ -97,7 +98,8 @@ pub fn run() -> ExitCode {
 
 /// Parses the process's arguments and runs `program` on them.
 ///
-/// `--help` and `--version` print their text instead. An error is printed on stderr, and the status is 2.
+/// `--help` and `--version` print their text instead. An error is printed on stderr, and the status is 2, unless the
+/// error is a closed pipe at stdout.
 pub fn run_with<A: Parser>(program: impl FnOnce(&A) -> Outcome) -> ExitCode {
     let args = match parse_arguments() {
         Ok(args) => args,
@@ -106,13 +108,13 @@ pub fn run_with<A: Parser>(program: impl FnOnce(&A) -> Outcome) -> ExitCode {
     warnings::show();
     match program(&args) {
         Ok(()) => ExitCode::SUCCESS,
-        // The reader of stdout has closed the pipe, as `head` does.
+        // The process that reads stdout has closed the pipe, as `head` does.
         Err(error) if is_broken_pipe(&*error) => ExitCode::SUCCESS,
         Err(error) => fail(&error.to_string()),
     }
 }
 
-/// Parses the process's arguments. Refuses output files that cannot be written, and two that are the same.
+/// Parses the process's arguments. Refuses an output file that cannot be written, and one that is named twice.
 fn parse_arguments<A: Parser>() -> Result<A, clap::Error> {
     let mut command = A::command();
     let matches = command.try_get_matches_from_mut(std::env::args_os())?;

@@ -96,7 +96,7 @@ impl Sampler {
 /// A surface and its method of evaluation.
 pub(crate) struct Reflector {
     evaluator: Evaluator,
-    /// `None` where neither the method nor the command needs its tables.
+    /// `None` where neither the method nor the command needs the sampler's tables.
     sampler: Option<Sampler>,
     /// Options of the tables, for the relief inside the cover.
     options: Options,
@@ -219,7 +219,7 @@ impl Reflector {
     }
 
     /// `f_r` in 1/sr; zero unless both directions are above the surface, or the surface transmits. A grating that is
-    /// solved for each query needs [`Reflector::try_eval`]: it is zero here.
+    /// solved for each query needs [`Reflector::try_eval`]: this function returns zero for it.
     pub(crate) fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         if self.options.body.is_some() {
             // A surface that transmits has no cover, and directions below it.
@@ -275,8 +275,8 @@ impl Reflector {
         let Evaluator::Colour(method) = &self.evaluator else { return to_rgb.rgb_of(|nm| self.eval(wi, wo, nm)) };
         let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return [0.0; 3] };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
-        // The answers lack R·O·M, or the cover's factor alone. Colours of films are not computed here: `new` refuses
-        // transmission for maps.
+        // Both kinds of answers lack the cover's factor; the relief's alone lacks R·O·M, too. Colours of films are not
+        // computed here: `new` refuses transmission for maps.
         let factor = match method.answers() {
             AnswerKind::Relief => factor * self.fresnel(&pair) * self.options.angular_factor(&pair),
             AnswerKind::Reflectance | AnswerKind::Film { .. } => factor,
@@ -355,7 +355,7 @@ impl Reflector {
     /// Applies `answer` to the indices below `count`, concurrently where the method allows it; the order is kept.
     pub(crate) fn map_indices<A: Send>(&self, count: usize, answer: impl Fn(usize) -> A + Sync + Send) -> Vec<A> {
         if self.is_concurrent {
-            // A single look-up is too short for a task of its own; eight share one.
+            // A single look-up is too short for a task of its own; eight, a chosen number, share one.
             (0..count).into_par_iter().with_min_len(8).map(answer).collect()
         } else {
             (0..count).map(answer).collect()

@@ -83,8 +83,8 @@ struct Report<'a> {
     gpu_stages_ms: StageTimes,
     /// `timestamps` of the GPU, or `wall clock` around each submission.
     gpu_clock: &'static str,
-    /// Number of queries that the method answered for the last picture. A query is a visible point of the mesh in the
-    /// sun.
+    /// Number of queries that the method answered for the last picture: visible points of the mesh in the sun, one for
+    /// each ray.
     answered: u64,
     /// Number of submissions of these queries.
     submissions: u32,
@@ -125,6 +125,7 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     let reports = (0..args.repeat)
         .map(|_| renderer.draw(&gpu, &scene, &shader, &target, &view))
         .collect::<Result<Vec<_>, _>>()?;
+    // `repeat` is at least 1.
     let last = reports[reports.len() - 1];
     let gpu_stages_ms = StageTimes::medians(&reports.iter().map(|report| report.gpu_ms).collect::<Vec<_>>());
 

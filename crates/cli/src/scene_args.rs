@@ -86,7 +86,8 @@ impl FromStr for Point {
 }
 
 impl SceneArgs {
-    /// The view, with `supersample` rays along each side of a pixel.
+    /// The view, with `supersample` rays along each side of a pixel. Drawing checks the remaining ranges
+    /// ([`View::check`]).
     ///
     /// # Errors
     /// `--share` without `--blend mix`, or a sun that is not above the ground.
@@ -95,6 +96,7 @@ impl SceneArgs {
         let blend = match (self.blend, self.share) {
             (Blend::FixedMix { .. }, Some(share)) => Blend::FixedMix { share },
             (_, Some(_)) => return Err("parameter \"share\" needs --blend mix".into()),
+            // `mix` then has its default share.
             (blend, None) => blend,
         };
         Ok(View {
@@ -114,7 +116,7 @@ impl SceneArgs {
         })
     }
 
-    /// The mesh, and the snake's pigment over the texture coordinates.
+    /// The mesh, and the pigment over its texture coordinates: the shape's, or the snake's for a mesh from a file.
     ///
     /// # Errors
     /// A resolution that is not finite and positive or belongs to another shape, or a mesh that cannot be read.

@@ -43,8 +43,8 @@ pub(crate) fn serve<A: Serialize>(
 
 /// The next complete lines of the input, with their line ends.
 ///
-/// The first line is read until it is complete or the input ends. The others are those that are complete in the buffer.
-/// No line means the end of the input.
+/// The first line is read until it is complete or the input ends. All further lines that are complete in the buffer
+/// follow. No line means the end of the input.
 fn next_lines<R: Read>(input: &mut BufReader<R>) -> io::Result<Vec<Vec<u8>>> {
     let mut lines = Vec::new();
     loop {
@@ -69,7 +69,7 @@ fn json(answer: &impl Serialize) -> String {
 mod tests {
     use super::*;
 
-    /// All batches of `next_lines`, from an input whose reads return these pieces.
+    /// All batches of `next_lines`, from an input whose reads return these pieces of at most 16 bytes.
     fn batches(reads: &[&str]) -> Vec<Vec<String>> {
         /// A reader that returns one piece in each call, as a pipe does.
         struct Pipe<'a>(std::slice::Iter<'a, &'a str>);

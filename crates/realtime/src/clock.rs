@@ -24,7 +24,7 @@ struct Timestamps {
     staging: wgpu::Buffer,
 }
 
-/// Bytes of two timestamps.
+/// Bytes of two timestamps, which are `u64`.
 const BYTES: u64 = 2 * wgpu::QUERY_SIZE as u64;
 
 impl Clock {
@@ -66,7 +66,7 @@ impl Clock {
     }
 
     /// Submits work whose pass has this clock's timestamps, and waits as [`Gpu::run`] does. Returns the time in ms. In
-    /// a browser, which does not wait, the time is that of the submission alone.
+    /// a browser, which does not wait, the time without timestamps is that of the submission alone.
     pub(crate) async fn run(&self, gpu: &Gpu, encoder: wgpu::CommandEncoder) -> Result<f64, GpuError> {
         Ok(self.run_and_read(gpu, encoder, None).await?.0)
     }
@@ -94,7 +94,7 @@ impl Clock {
         let ticks = gpu.read_staging(&timestamps.staging).await?;
         let [start, end] = bytemuck::pod_read_unaligned::<[u64; 2]>(&ticks);
         let ns_per_tick = f64::from(gpu.queue().get_timestamp_period());
-        // A GPU may reset its counter between both timestamps, so the difference could be negative.
+        // A GPU may reset its counter between both timestamps; a negative difference counts as 0.
         let ms = end.saturating_sub(start) as f64 * ns_per_tick * 1e-6;
         Ok((ms, gpu.read_staging_if(staging).await?))
     }

@@ -3,7 +3,8 @@
 //!
 //! If the sun has moved, the sun's depth map (sunlight.rs) is drawn before the first sample. The locate stage writes a
 //! *query* for each pixel: its visible point with the directions to sun and viewer (layout.rs). It chooses the queries
-//! of sunlit points of the mesh. Their number is read back, because it sizes the dispatches of the next two stages.
+//! of sunlit points of the mesh, for the next two stages. Their number, `chosen`, is read back, because it sizes the
+//! dispatches of these stages.
 
 use super::clock::Clock;
 use super::layout::FrameUniform;
@@ -199,7 +200,7 @@ struct Bindings {
 }
 
 impl Bindings {
-    /// Bind groups in the order of the bindings that the WGSL files declare.
+    /// Bind groups in the order of the bindings that the WGSL files declare. target.rs explains the target's buffers.
     fn new(gpu: &Gpu, renderer: &Renderer, scene: &Scene, shader: &Shader, target: &Target) -> Self {
         let shadow = renderer.shadow.get_bind_group_layout(0);
         let raster = renderer.raster.get_bind_group_layout(0);

@@ -3,6 +3,7 @@
 //!
 //! The bytes are a [`Header`] and four parts without padding: vertices (`Vertex` in layout.rs), vertex indices of the
 //! triangles (three u32 each), tree nodes (`Node` in layout.rs), and the pigment texture (`Pigment` in resolve.wgsl).
+//! Numbers have the byte order of the machine.
 
 use super::GpuError;
 use super::layout::{Node, Vertex};
@@ -12,8 +13,8 @@ use crate::snake::PigmentTexture;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
-/// A mesh, the tree over its triangles, and its pigment, in the layout of the GPU, for [`super::Scene::of`]. No GPU is
-/// needed to build it.
+/// A mesh with the tree over its triangles and its pigment, in the layout of the GPU. [`super::Scene::of`] uploads it.
+/// No GPU is needed to build it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneData {
     /// The header and the parts.
@@ -156,8 +157,8 @@ impl SceneData {
     }
 }
 
-/// The struct `Pigment` of `resolve.wgsl`: width and height, then the encoded sRGB of each texel with red in the lowest
-/// byte.
+/// The struct `Pigment` of `resolve.wgsl`: width and height, then the encoded sRGB of each texel, row by row from v = 0
+/// on. Red is in the lowest byte; the highest byte is not read.
 fn pigment_struct(pigment: &PigmentTexture) -> Vec<u32> {
     // The sides are at most 16 384 pixels (`pigment_texture`), so they fit in 32 bits.
     let size = [pigment.width as u32, pigment.height as u32];

@@ -13,9 +13,9 @@ use glam::DVec3;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Approximate width in texels of the empty border around the mesh's box. With a border, the four texels around a point
-/// of the mesh always exist, and the mesh shadows no point outside the map. The same factor enlarges the box along the
-/// sun's direction, so that depths of the mesh exceed 0, the depth of an empty texel. A wider border makes the texels
-/// larger.
+/// of the mesh always exist, and a ray to the sun from a point outside the map meets no mesh. The same factor enlarges
+/// the box along the sun's direction, so that depths of the mesh exceed 0, the depth of an empty texel. A wider border
+/// makes the texels larger.
 const MARGIN_TEXELS: f64 = 4.0;
 /// Smallest half extent of the map's box in cm. Positions are divided by the half extents, and one of them may be 0 for
 /// a flat mesh.
@@ -27,7 +27,7 @@ pub(super) struct Sunlight {
     map: wgpu::Texture,
     /// Number of texels along each side of the map.
     side: u32,
-    /// Copy of the map for shaders: a `f32` for each texel, rows from the top.
+    /// Copy of the map for shaders: a `f32` for each texel, rows from the top. Depths increase towards the sun.
     pub depths: wgpu::Buffer,
     /// The uniform struct [`SunlightUniform`].
     pub uniform: wgpu::Buffer,
@@ -64,8 +64,8 @@ impl Sunlight {
         })
     }
 
-    /// Prepares the uniform for the direction `to_sun`, a unit vector. Returns whether the map must be drawn; false if
-    /// it has been drawn for this direction.
+    /// Prepares the uniform for the direction `to_sun`, a unit vector. Returns whether the map must be drawn: false if
+    /// it is complete for this direction. A map that must be drawn counts as incomplete from now on.
     pub(crate) fn begin_drawing(&self, gpu: &Gpu, to_sun: [f64; 3]) -> bool {
         let mut drawn_for = self.lock();
         if *drawn_for == Some(to_sun) {

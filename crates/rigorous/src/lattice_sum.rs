@@ -41,8 +41,8 @@ const SPLIT_MAX: f64 = 1.75;
 /// Largest accepted ratio of the last Chebyshev coefficients to the largest one. It is far below the error of the
 /// quadrature; smaller values need more terms.
 const TAIL_MAX: f64 = 1e-9;
-/// Most Chebyshev terms along each axis. It bounds time and memory; `limits.rs` derives the largest period and height
-/// from it.
+/// Largest number of Chebyshev terms along each axis. It bounds time and memory; `limits.rs` derives the largest period
+/// and height from it.
 const TERMS_MAX: usize = 400;
 /// Smallest half height of the box in periods, so that the box of a flat relief is not empty.
 pub(crate) const HALF_HEIGHT_MIN: f64 = 1e-3;
@@ -119,19 +119,19 @@ impl LatticeSum {
         let (terms_x, terms_z) = (series.len(), series[0].len());
         // T_n' = 2n(T_{n−1} + T_{n−3} + …), with half of T₀. The derivative of Σ c_n T_n therefore has the coefficients
         // c'_n = c'_{n+2} + 2(n + 1)c_{n+1}, with half of c'₀.
-        let mut along_x = vec![vec![Complex64::ZERO; terms_z]; terms_x];
+        let mut derivative = vec![vec![Complex64::ZERO; terms_z]; terms_x];
         for n in (0..terms_x - 1).rev() {
             for m in 0..terms_z {
-                let above = if n + 2 < terms_x { along_x[n + 2][m] } else { Complex64::ZERO };
-                along_x[n][m] = above + series[n + 1][m] * (2.0 * (n + 1) as f64);
+                let above = if n + 2 < terms_x { derivative[n + 2][m] } else { Complex64::ZERO };
+                derivative[n][m] = above + series[n + 1][m] * (2.0 * (n + 1) as f64);
             }
         }
-        for value in &mut along_x[0] {
+        for value in &mut derivative[0] {
             *value *= 0.5;
         }
         let coefficients = Array2::from_shape_fn((terms_x, 4 * terms_z).f(), |(n, column)| {
             let (part, m) = (column / terms_z, column % terms_z);
-            let value = if part < 2 { series[n][m] } else { along_x[n][m] / half_x };
+            let value = if part < 2 { series[n][m] } else { derivative[n][m] / half_x };
             if part % 2 == 0 { value.re } else { value.im }
         });
         Self { half_x, half_z, terms_x, terms_z, coefficients }
@@ -196,7 +196,7 @@ fn slopes_of_even(in_z: &Array2<f64>, half: f64) -> Array2<f64> {
     slopes
 }
 
-/// T_0 to T_{count−1} (columns) at `points/half` (rows).
+/// T_0 to T_{count−1} (columns) at `points/half` (rows); `count` is at least 2.
 fn polynomials(points: &[f64], half: f64, count: usize) -> Array2<f64> {
     let mut columns = Array2::zeros((points.len(), count).f());
     columns.column_mut(0).fill(1.0);
@@ -239,7 +239,7 @@ fn transform(values: &[Vec<Complex64>]) -> Vec<Vec<Complex64>> {
 
 /// Largest magnitudes of the last two coefficients in x, and of the last one in z, relative to the largest coefficient.
 ///
-/// Two are needed in x, because every other one vanishes where F is even or odd in x.
+/// Two are needed in x, because every other one vanishes where F is even or odd in x. `series` has at least two rows.
 fn tails(series: &[Vec<Complex64>]) -> (f64, f64) {
     let largest = |values: &mut dyn Iterator<Item = &Complex64>| values.map(|c| c.norm()).fold(0.0, f64::max);
     let all = largest(&mut series.iter().flatten()).max(f64::MIN_POSITIVE);
@@ -263,8 +263,7 @@ struct Ewald {
 }
 
 impl Ewald {
-    /// Sets E, and lists the orders whose terms exceed e^−[`EXPONENT_MAX`] and the weights above rounding. The first
-    /// weight is 1.
+    /// Sets E, and lists the orders whose terms exceed e^−[`EXPONENT_MAX`] and the weights down to rounding.
     ///
     /// E = √π/d balances both sums; where |k|/2E would exceed [`SPLIT_MAX`], E is larger.
     fn new(period: f64, wave_number: Complex64, bloch: f64) -> Self {
@@ -319,8 +318,8 @@ impl Ewald {
         let (u, s) = (gamma / (2.0 * self.split), z * self.split);
         let scale = (-u * u - s * s).exp();
         let above = scale * faddeeva(Complex64::I * (u + s));
-        // For an argument of erfc with negative real part, w could overflow before it is scaled: erfc(−a) = 2 −
-        // erfc(a).
+        // For an argument of erfc with negative real part, w could overflow before it is scaled. There the identity
+        // erfc(−a) = 2 − erfc(a) is used.
         let below = if u.re >= s {
             scale * faddeeva(Complex64::I * (u - s))
         } else {
@@ -330,7 +329,8 @@ impl Ewald {
     }
 
     /// Sum over periods, including p = 0: `Σ_p e^{2πibp}/4π · Σ_q (k/2E)^{2q}/q! · E_{q+1}(R_p²E²)`, with the
-    /// exponential integrals E_{q+1}. Periods with R_p²E² above [`EXPONENT_MAX`] are neglected.
+    /// exponential integrals E_1, E_2, …; E without an index is the wave number. R_p > 0 for all p. Periods with R_p²E²
+    /// above [`EXPONENT_MAX`] are neglected.
     fn sum_over_periods(&self, x: f64, z: f64) -> Complex64 {
         let reach = EXPONENT_MAX.sqrt() / self.split;
         let (first, last) = (((x - reach) / self.period).ceil() as i64, ((x + reach) / self.period).floor() as i64);
@@ -339,7 +339,7 @@ impl Ewald {
             // R_p²E².
             let square = ((x - p as f64 * self.period).powi(2) + z * z) * self.split * self.split;
             let exponential = (-square).exp();
-            // Recurrence from E₁ on: E_{q+2}(s) = (e^{−s} − s·E_{q+1}(s))/(q + 1).
+            // Recurrence from E_1 on: E_{q+2}(t) = (e^{−t} − t·E_{q+1}(t))/(q + 1), with t = R_p²E².
             let mut integral = expint_1(square);
             let mut series = Complex64::ZERO;
             for (q, weight) in self.weights.iter().enumerate() {
@@ -373,6 +373,7 @@ mod tests {
     use crate::limits::{HEIGHT_WAVES_MAX, PERIOD_WAVES_MAX};
 
     fn lattice_sum(period: f64, k: Complex64, bloch: f64, height: f64) -> LatticeSum {
+        // Hankel functions from 1e-6 µm to beyond the corners of the box. The Bessel functions are not used.
         let near = Radial::new(k, 1e-6, 2.0 * (period + height), 0.1).unwrap();
         LatticeSum::new(period, k, bloch, height, &near).unwrap()
     }
@@ -416,6 +417,7 @@ mod tests {
         let r = f64::hypot(x, z);
         let near = Complex64::new(0.0, 0.25) * complex_bessel::hankel1(0.0, k * r).unwrap();
         let [field, ..] = sum.at(&[x], &[z])[0];
+        // Truncation of the polynomials.
         assert!((field + near - orders).norm() < 1e-8, "{} {orders}", field + near);
     }
 
@@ -423,6 +425,7 @@ mod tests {
     #[test]
     fn polynomials_serve_the_documented_limits() {
         let sum = |waves: f64, bloch: f64, height_waves: f64| {
+            // The period is 1; `waves` and `height_waves` are the period and the height in wavelengths.
             let k = Complex64::new(TAU * waves, 0.0);
             let height = height_waves / waves;
             let near = Radial::new(k, 1e-6, 1.01 * 0.5_f64.hypot(height.max(1e-3)), 0.1).unwrap();

@@ -13,7 +13,8 @@
 //! are summed one by one, or all are summed by `lattice_sum.rs`.
 //!
 //! In this file, k is the wave number of the medium in rad/µm, and `decay` is Im k in 1/µm. The Bloch phase b (`bloch`)
-//! is in turns, the period d in µm.
+//! is in turns, the period d in µm. Nodes have equal steps of τ (`step`), and `speed` is |dr/dτ|. A separation is the
+//! vector from the nearest image of a source node to a target node.
 
 use crate::Error;
 use crate::lattice_sum::{DISTANCE_MIN, HALF_HEIGHT_MIN, LatticeSum};
@@ -25,7 +26,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Exponent of decay, Im k times distance, beyond which a field is neglected: e^−30 = 1e-13.
 const DECAYED: f64 = 30.0;
-/// Most images on either side that are summed one by one. More take longer than the lattice sum.
+/// Largest number of images on either side that are summed one by one. More take longer than the lattice sum.
 const IMAGES_MAX: f64 = 4.0;
 /// Distances in periods between which the window of the logarithm's weights falls from 1 to 0. The second is below ½,
 /// where the next image is equally near. A narrower transition needs more nodes to be integrated.
@@ -62,8 +63,8 @@ impl Images {
 
 /// S and K for a wave number (rad/µm; Im ≥ 0) and a Bloch phase in turns.
 ///
-/// Sources are all nodes. Targets are the middle nodes of each group of `stride` nodes, an odd number: of fine nodes
-/// they are those that coincide with coarse ones.
+/// Sources are all nodes. Targets are the middle nodes of each group of `stride` consecutive nodes. `stride` is odd and
+/// divides the number of nodes. With `stride` fine nodes for each coarse node, the targets lie at the coarse nodes.
 ///
 /// # Errors
 /// Special functions that overflow, and lattice sums that do not converge.
@@ -152,7 +153,8 @@ impl Assembly<'_> {
             into.single[(row, source)] = (nearest[0] + others[0]) * phase;
             into.double[(row, source)] = (nearest[1] + others[1]) * phase;
         }
-        // Near a corner, the quadrature does not resolve the kernel of K on the neighbouring edge.
+        // Near a corner, the quadrature does not resolve the kernel of K on the neighbouring edge. The correction makes
+        // the integral over that edge exact for a constant field.
         into.double[(row, target)] += self.nodes.corner_defect(target);
     }
 

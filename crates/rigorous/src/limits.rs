@@ -1,7 +1,7 @@
 //! Limits on the size of a problem, checked before anything is solved.
 //!
-//! The sum over periods is interpolated by polynomials of at most 400 terms along x and along z
-//! ([`lattice_sum`](crate::lattice_sum)). This bounds the period and the height of the relief in wavelengths of each
+//! The sum over periods is interpolated by polynomials of at most 400 terms along x and along z (`TERMS_MAX` of
+//! [`lattice_sum`](crate::lattice_sum)). This bounds the period and the height of the relief in wavelengths of each
 //! medium. The curve has at most [`NODES_MAX`] nodes, which bounds its length in wavelengths.
 
 use crate::discretisation::NODES_MAX;
@@ -14,9 +14,9 @@ use std::f64::consts::TAU;
 
 /// Largest period in wavelengths of a medium.
 ///
-/// 400 terms suffice for one wavelength more (`nodes_needed` in `lattice_sum.rs`; measured: 109.8). The margin is for
-/// tables over directions: they extend beyond the horizon, to a period of up to one wavelength more than any direction
-/// has.
+/// 400 terms suffice for one wavelength more (`nodes_needed` in `lattice_sum.rs`; measured: up to 109.8 wavelengths).
+/// The margin is for tables over directions: they extend beyond the horizon, to a period of up to one wavelength more
+/// than any direction has.
 pub(crate) const PERIOD_WAVES_MAX: f64 = 108.0;
 
 /// Largest height of a relief in wavelengths of a medium.
@@ -44,6 +44,7 @@ pub(crate) const HEIGHT_WAVES_MAX: f64 = 62.0;
 /// # Errors
 /// A wavelength that is not finite and positive, [`Error::TooManyWaves`] and [`Error::TooLarge`].
 pub fn check_size(profile: &Profile, medium: &Medium, wavelength_nm: f64, along: f64) -> Result<Estimate, Error> {
+    // Wave number in air, in rad/µm.
     let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
     // Name and permittivity of each medium that waves enter.
     let mut media = vec![("air", Complex64::ONE)];
@@ -51,7 +52,7 @@ pub fn check_size(profile: &Profile, medium: &Medium, wavelength_nm: f64, along:
         media.push(("the medium below", index * index));
     }
     for (medium_name, epsilon) in media {
-        // κ or κm, with ky = k·along; the root that decays (`outgoing`).
+        // Wave number across the grooves in the medium, κ or κm, with ky = k·along; the root that decays (`outgoing`).
         let wave_number = k * outgoing(epsilon - along * along);
         if matches!(Images::needed(wave_number.im, profile.period_um()), Images::Near(_)) {
             // A field that decays within a few periods is summed image by image, without polynomials.

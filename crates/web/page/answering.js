@@ -6,8 +6,9 @@ import init from "./wasm/sunbeam_web.js";
  * Answers each message {id, type, …fields} by the handler of its type: handlers[type](fields, progress).
  *
  * progress(fraction) sends {id, type: "progress", fraction}. The answer is {id, type: "done", value} with the handler's
- * result, or {id, type: "error", message, kind, parameter}. A message without an id gets no answer unless it fails. The
- * first message has the type "start" and the compiled library as its field `module`.
+ * result, or {id, type: "error", message, kind, parameter}; channel.js explains kind and parameter. A message without
+ * an id gets no answer unless it fails. The first message has the type "start", which needs no handler, and the
+ * compiled library as its field `module`.
  */
 export function answer(handlers) {
   // Promise of the started library.
@@ -23,7 +24,7 @@ export function answer(handlers) {
       if (id !== undefined) postMessage({ id, type: "done", value }, buffers(value));
     } catch (error) {
       const { message, kind, parameter } = error instanceof Error ? error : { message: String(error) };
-      // The library gives each of its errors a kind. Others are panics, or memory that ran out.
+      // The library gives each of its errors a kind. Errors without one are panics, or memory that ran out.
       postMessage({ id, type: "error", message, kind: kind ?? "internal", parameter });
     }
   };

@@ -1,4 +1,5 @@
-// Starts the page and opens the settings of its address.
+// Starts the page and opens the settings of its address. The state of the page is `page`, whose fields state.js
+// explains. `page.engine.quick` is the library on the page's own thread, for calls without long computations.
 
 import { listenToControls } from "./controls.js";
 import { openEngine } from "./engine.js";
@@ -37,12 +38,13 @@ async function open(hash) {
     page.source = null;
     const { preset } = complete.surface;
     // An example without a file is selected if it has the same preset.
-    page.example = page.examples.find(({ file, settings }) => !file && settings.surface.preset === preset)?.name;
+    const example = page.examples.find(({ file, settings }) => !file && settings.surface.preset === preset);
+    page.example = example?.name ?? null;
   } else if (page.source?.name !== filename || (sha256 && page.source.sha256 !== sha256)) {
     // The page does not have the file yet. The file is an example, or the visitor has to drop it.
     const example = page.examples.find(({ file, sha256: sum }) => file === filename && (!sha256 || sum === sha256));
     page.example = example?.name ?? null;
-    // There is no file while it is fetched.
+    // There is no file while the example's is fetched.
     page.source = null;
     if (example) page.source = await fetchedOrNull(example);
     page.wanted = page.source ? null : { name: filename, sha256 };

@@ -13,12 +13,16 @@ export function hideRelief() {
   byId("relief-shown").hidden = true;
 }
 
-/** Shows a relief as `Engine.relief` returns it: facts, and a picture in RGBA bytes with the length of its bar. */
+/**
+ * Shows a relief as `Engine.relief` returns it: facts, and a picture in RGBA bytes. bar_um is the length of the scale
+ * bar, um_per_pixel the size of a pixel of the picture.
+ */
 export function showRelief({ facts, width, height, bar_um, um_per_pixel, rgba }) {
   byId("relief-shown").hidden = false;
   const canvas = byId("relief-picture");
   canvas.width = width;
   canvas.height = height;
+  // `rgba` has a buffer of its own, without an offset.
   canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(rgba.buffer), width, height), 0, 0);
   // In percent, since the width of the picture on the screen follows the window.
   byId("bar").style.width = `${(100 * bar_um) / (um_per_pixel * width)}%`;

@@ -22,8 +22,11 @@ function save(bytes, name, type) {
   setTimeout(() => URL.revokeObjectURL(link.href), RELEASE_MS);
 }
 
-/** Name of saved files without extension: that of the relief's file or preset. */
-const fileStem = () => (page.source?.name ?? page.settings.surface.preset).replace(/\.[^.]*$/, "");
+/** Name of saved files without extension: that of the relief's file, read or awaited, or of its preset. */
+function fileStem() {
+  const { filename, preset } = page.settings.surface;
+  return (page.source?.name ?? filename ?? preset).replace(/\.[^.]*$/, "");
+}
 
 /** Copies text to the clipboard, or shows it if the browser refuses. `name` is the kind of text for the status line. */
 async function copy(text, name) {

@@ -14,20 +14,20 @@ const DEGREE = Math.PI / 180;
 
 /** Drawing of the sky in an SVG element. */
 export class Sky {
-  #element;
   #sun = svg("circle", { class: "disc", r: 5.5 });
+  /** Line from the zenith to the sun. */
   #ray = svg("line", { x1: 0, y1: 0 });
   /** Azimuth of the camera in degrees. */
   #camera = 0;
 
   /** Calls `changed` with azimuth in [−180, 180) and elevation of the sun in degrees when it is dragged. */
   constructor(element, changed) {
-    this.#element = element;
     element.append(svg("circle", { class: "rim", r: RADIUS }));
     for (const elevation of [30, 60]) element.append(svg("circle", { r: RADIUS * Math.cos(elevation * DEGREE) }));
     // "you" marks the viewer. The text stands between the horizon and the lower edge.
     element.append(this.#ray, svg("text", { x: 0, y: HALF - 0.5 }, "you"), this.#sun);
     const drag = (event) => {
+      // Position of the pointer from the zenith, in radii of the horizon.
       const box = element.getBoundingClientRect();
       const x = (((event.clientX - box.x) / box.width) * 2 * HALF - HALF) / RADIUS;
       const y = (((event.clientY - box.y) / box.height) * 2 * HALF - HALF) / RADIUS;

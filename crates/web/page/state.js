@@ -1,4 +1,5 @@
-// The state that the page's modules share, in one object `page`.
+// The state that the page's modules share, in one object `page`. A *key* is a text that names the inputs of some data:
+// data are built again when their key changes.
 
 /** The page's element with this id. */
 export const byId = (id) => document.getElementById(id);
@@ -24,7 +25,7 @@ export const page = {
   wanted: null,
   /** The entries of examples/index.json (crates/web/README.md). */
   examples: [],
-  /** Name of the example that was selected last; null or undefined for none. */
+  /** Name of the selected example; null for none. */
   example: null,
   /** The graphics device: {name, backend, software}; null without one or after its loss, undefined while it opens. */
   adapter: undefined,
@@ -32,7 +33,7 @@ export const page = {
   opening: null,
   /**
    * The last state whose data were complete, to which `goBack` (making.js) returns: {settings, source, read, keys}, and
-   * `at`, the time in ms of its first picture. Null before the first.
+   * `at`, the `performance.now()` of its first picture. Null before the first.
    */
   good: null,
   /** Keys (`currentKeys`) of the relief, method and scene that exist or are being built; null for none. */
@@ -47,7 +48,7 @@ export const page = {
   made: null,
   /** The BRDF map shown (map.js); null for none. */
   map: null,
-  /** Directions to the light and to the viewer at which the map is read; null for none. */
+  /** Unit vectors to the light and to the viewer, in the relief's frame, at which the map is read; null for none. */
   wi: null,
   wo: null,
   /** Reflectance in 1/sr at equal steps from 380 to 780 nm, for wi and wo; null for none. */

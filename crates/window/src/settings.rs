@@ -73,7 +73,8 @@ impl Settings {
     /// The recipe of the method.
     pub(crate) fn recipe(&self) -> Recipe {
         // The recipe of a scalar method leaves out the optics, which are options of the shader. A change of the optics
-        // then builds nothing. A grating by Maxwell's equations contains its refractive index and conserves energy.
+        // then builds nothing. Scalar methods do not conserve energy in the window. A grating by Maxwell's equations
+        // contains its refractive index and conserves energy by itself, so the choice stays unset.
         let is_rigorous = self.surface.theory == Theory::Rigorous;
         let mut surface = SurfaceConfig {
             obliquity: ObliquityChoice::default(),
@@ -83,7 +84,7 @@ impl Settings {
         };
         let index = self.index.filter(|_| is_rigorous);
         if self.is_film() {
-            // The tables are those of the relief magnified by the index.
+            // Wavelengths in the film are λ/η, so its tables are those of the relief magnified η times.
             (surface.eta, surface.k) = (self.index.map(|index| index.eta), None);
         }
         // Some methods support only one coherence patch that repeats.
@@ -97,7 +98,7 @@ impl Settings {
 /// All inputs of building a method. The window builds a method again when its recipe changes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Recipe {
-    /// The surface, without the settings that are options of the shader.
+    /// The surface. For scalar methods it has no settings that are options of the shader.
     surface: SurfaceConfig,
     kind: MethodKind,
     options: MethodOptions,

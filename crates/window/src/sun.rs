@@ -10,7 +10,7 @@ const SUN_RADIUS_POINTS: f32 = 6.0;
 /// Radius of the disc in points. The sun at its edge, with its outline, still lies within the widget.
 const DISC_RADIUS_POINTS: f32 = 0.5 * WIDGET_POINTS - SUN_RADIUS_POINTS - 1.0;
 
-/// Direction of the sun. Drags are in points of the screen.
+/// Direction of the sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sun {
     /// Azimuth in degrees, counter-clockwise from +x seen from above, −180 to 180.
@@ -41,8 +41,8 @@ impl Sun {
         Light::from_angles(self.azimuth_deg, self.elevation_deg)
     }
 
-    /// Turns the sun by a drag of `right` and `down` points, negative to the left and upwards. The azimuth grows to the
-    /// right, the elevation upwards.
+    /// Turns the sun by a drag of `right` and `down` points of the screen, negative to the left and upwards. The
+    /// azimuth grows to the right, the elevation upwards.
     pub(crate) fn turn(&mut self, right: f32, down: f32) {
         let azimuth = self.azimuth_deg + DEGREES_PER_POINT * f64::from(right);
         *self = Self::new(azimuth, self.elevation_deg - DEGREES_PER_POINT * f64::from(down));
@@ -94,7 +94,7 @@ impl Sun {
         Vec2::new((radius * sin) as f32, (radius * cos) as f32)
     }
 
-    /// The sun at a position in the unit disc; inverse of [`Sun::position`].
+    /// The sun at a position in the unit disc; inverse of [`Sun::position`]. Positions beyond the edge count as on it.
     fn from_disc(position: Vec2, camera_azimuth_deg: f64) -> Self {
         let azimuth = f64::from(position.x.atan2(position.y)).to_degrees();
         Self::new(azimuth + camera_azimuth_deg, f64::from(position.length().min(1.0).acos()).to_degrees())

@@ -3,12 +3,13 @@
 use eframe::egui::{Align2, ComboBox, DragValue, Sense, TextStyle, Ui, emath::Numeric, vec2};
 use std::ops::RangeInclusive;
 
-/// Width of the labels in points.
+/// Width of the labels in points, chosen. A longer label is cut off.
 const LABEL_POINTS: f32 = 112.0;
 /// Largest number of decimals of a number.
 const DECIMALS_MAX: usize = 4;
 
-/// A choice among values with names. The value shown is empty if it is not among them.
+/// A choice among values with names. No name is shown for a value that is not among them. The label is also the menu's
+/// identifier, so it is unique in a panel.
 pub(crate) fn choice<T: Copy + PartialEq>(
     ui: &mut Ui,
     label: &str,
@@ -27,7 +28,7 @@ pub(crate) fn choice<T: Copy + PartialEq>(
 }
 
 /// A number to type or drag. Numbers that the user enters are clamped to the range. `speed` is the change per point
-/// of a drag.
+/// of a drag, and `suffix` the unit shown after the number.
 pub(crate) fn number<N: Numeric>(
     ui: &mut Ui,
     label: &str,
@@ -41,7 +42,8 @@ pub(crate) fn number<N: Numeric>(
     });
 }
 
-/// The widget of [`number`] for an optional number, with a checkbox. `first` is the value when it is switched on.
+/// The widget of [`number`] for an optional number, with a checkbox; `None` is shown as "auto". `first` is the value
+/// when it is switched on.
 pub(crate) fn optional<N: Numeric>(
     ui: &mut Ui,
     label: &str,

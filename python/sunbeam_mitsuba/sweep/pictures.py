@@ -55,7 +55,8 @@ def exr(pixels: Doubles) -> bytes:
 def thumbnail(pixels: Bytes8) -> bytes:
     """Encodes a PNG of means over square blocks of pixels, with sides of at most _THUMBNAIL_PIXELS.
 
-    Partial blocks at the right and bottom are cut off. A picture with a side shorter than a block keeps its size.
+    The encoded values are averaged. Partial blocks at the right and bottom are cut off. A picture with a side shorter
+    than a block keeps its size.
     """
     height, width = pixels.shape[:2]
     # Side of a block in pixels, by a division that rounds up.
@@ -64,6 +65,7 @@ def thumbnail(pixels: Bytes8) -> bytes:
     if rows == 0 or columns == 0:
         return png(pixels)
     whole_blocks = pixels[: rows * block, : columns * block].astype(np.float64)
+    # Indices [block row, row within, block column, column within, channel]; the mean is over both "within".
     means = whole_blocks.reshape(rows, block, columns, block, 3).mean(axis=(1, 3))
     return png(np.round(means).astype(np.uint8))
 

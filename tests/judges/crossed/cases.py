@@ -17,13 +17,13 @@ from .model import Light
 from .solver import Orders
 
 ANSWERS = Path(__file__).parent / "answers"
-# Unit of stored powers, which are whole numbers.
+# Unit of stored powers, which are whole numbers: this fraction of the incident power.
 UNIT = 1e-7
 # Refractive index of keratin (docs/height-fields.md).
 KERATIN = 1.56
 # Standard deviation in pixels of the Gaussian that smooths crops, by default.
 SMOOTHING = 1.0
-# Wavelengths, angles of incidence and azimuths of the lights on crops.
+# Wavelengths, angles of incidence and azimuths from +x of the lights on crops, chosen.
 WAVELENGTHS_NM = (450.0, 550.0, 650.0)
 ANGLES_DEG = (0.0, 30.0, 60.0, 75.0)
 AZIMUTHS_DEG = (0.0, 90.0)
@@ -56,7 +56,7 @@ VARIED = [
     if crop.name == "A"
     for change in ({"smoothing": 0.5}, {"smoothing": 2.0}, {"factor": 0.5}, {"eta": 1.33}, {"eta": 2.0})
 ]
-# Lights on the synthetic relief `relief.synthetic`.
+# Lights on the synthetic relief `relief.synthetic`. At normal incidence the azimuth only turns the polarisation.
 SYNTHETIC_LIGHTS = [
     Light(nm, theta, phi)
     for nm in (450.0, 650.0)
@@ -80,7 +80,9 @@ def answer_row(light: Light, orders: Orders) -> dict:
 
 @dataclass(frozen=True)
 class Answer:
-    """A stored answer: powers of the orders (jx, jy) for s and for p polarised light, and the solver's accuracy.
+    """A stored answer: powers of the reflected orders (jx, jy), and the solver's accuracy.
+
+    `s` and `p` are the powers for incident light of that polarisation, as fractions of the incident power.
 
     `balance` and `residual` are those of `solver.Orders`.
     """

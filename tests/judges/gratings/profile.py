@@ -58,21 +58,25 @@ class Sinusoid:
 
 @dataclass(frozen=True)
 class Polygon:
-    """Straight edges through `corners` (x, z); the first corner repeats after one period."""
+    """Straight edges through `corners` (x, z) in the order of x, so that the air is on their left.
+
+    The first corner repeats after one period.
+    """
 
     period: float
     corners: tuple[tuple[float, float], ...]
 
     def nodes(self, count: int) -> Nodes:
-        """Nodes graded towards the corners; half of them are divided among the edges equally, half by length."""
-        ends = np.array([*self.corners, (self.corners[0][0] + self.period, self.corners[0][1])])
-        edges = np.diff(ends, axis=0)
+        """About `count` nodes, graded towards the corners; half are divided among the edges equally, half by length."""
+        first_x, first_z = self.corners[0]
+        vertices = np.array([*self.corners, (first_x + self.period, first_z)])
+        edges = np.diff(vertices, axis=0)
         lengths = np.hypot(*edges.T)
         shares = 0.5 / len(edges) + 0.5 * lengths / lengths.sum()
         parts = []
-        for start, edge, length, share in zip(ends, edges, lengths, shares):
-            # At least 8 nodes on an edge. `along` is the fraction of the edge.
-            along, step = graded(max(8, round(count * share)))
+        for start, edge, length, share in zip(vertices[:-1], edges, lengths, shares):
+            # At least 8 nodes on an edge. Positions and weights are fractions of the edge's length.
+            along, weight = graded(max(8, round(count * share)))
             ones = np.ones_like(along)
             normal = np.array([-edge[1], edge[0]]) / length
             part = Nodes(
@@ -81,7 +85,7 @@ class Polygon:
                 normal_x=normal[0] * ones,
                 normal_z=normal[1] * ones,
                 curvature=0 * ones,
-                weight=length * step,
+                weight=length * weight,
             )
             parts.append(part)
         return Nodes(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
@@ -93,7 +97,7 @@ def blazed(period: float, height: float) -> Polygon:
 
 
 def echelette(period: float, slope_deg: float) -> Polygon:
-    """A sawtooth with a right angle at its ridges, whose long facet rises along +x."""
+    """A sawtooth with a right angle at its ridges, whose long facet rises along +x at `slope_deg` (below 45)."""
     slope = np.radians(slope_deg)
     length = period * np.cos(slope)
     return Polygon(period, ((0.0, 0.0), (length * np.cos(slope), length * np.sin(slope))))
@@ -113,7 +117,7 @@ def graded(count: int) -> tuple[np.ndarray, np.ndarray]:
     """
     s = 2 * (np.arange(count) + 0.5) / count - 1
     cubic = 0.5 - 1 / GRADING
-    # v(s) and v(−s).
+    # v(s) and v(−s), whose sum is 1.
     near, far = (sign * (cubic * s**3 + s / GRADING) + 0.5 for sign in (1, -1))
     total = near**GRADING + far**GRADING
     derivative = GRADING * (3 * cubic * s**2 + 1 / GRADING) * (near * far) ** (GRADING - 1) / total**2

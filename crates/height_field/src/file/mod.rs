@@ -36,7 +36,7 @@ use raw::{Meaning, Parsed, Raw};
 use std::path::Path;
 
 /// Extensions of files that the Python library SurfaceTopography reads; equal to `convert.EXTENSIONS` of the Python
-/// package. `tests/test_formats.py` checks that none of those is missing here.
+/// package. `tests/test_formats.py` checks that none of the Python package's is missing here.
 const INSTRUMENTS: [&str; 36] = [
     "al3d", "apx", "bcr", "bcrf", "cur", "datx", "di", "ezd", "frt", "ibw", "jpk", "lext", "mdt", "mi", "mnt", "nc",
     "nid", "nms", "oir", "opd", "opdx", "os3d", "plu", "plux", "poir", "stp", "sur", "tmd", "tom", "top", "vk3", "vk4",
@@ -112,6 +112,7 @@ impl Format {
     /// An extension of no readable format. For an instrument's extension, the error names a program that converts it.
     fn of(path: &Path) -> Result<&'static Self, HeightFieldError> {
         let found = extension(path);
+        // NanoScope numbers its files: .000, .001, and so on.
         let is_number = found.len() == 3 && found.bytes().all(|byte| byte.is_ascii_digit());
         let key = if is_number { "000" } else { &found };
         if let Some(format) = FORMATS.iter().find(|format| format.extensions.contains(&key)) {

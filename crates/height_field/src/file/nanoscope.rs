@@ -17,14 +17,14 @@ use ndarray::Array2;
 use std::collections::HashMap;
 
 /// Largest relative difference between the ratio of a scan's sides and its aspect ratio that counts as agreement.
-/// Chosen: the header has few digits of the sides.
+/// Chosen: the header has few digits of the sides. A larger value would accept sides of another ratio.
 const SIDES_AGREEMENT: f64 = 1e-2;
 
 /// A section of the header: a headline and its lines `key: value`.
 pub(super) struct Section<'a> {
     /// Headline without its asterisk.
     title: &'a str,
-    /// Values by key in lower case.
+    /// Values by key in lower case, with the key's group: `@2:z scale`.
     lines: HashMap<String, &'a str>,
 }
 
@@ -59,10 +59,10 @@ pub(super) fn sections(header: &str) -> Vec<Section<'_>> {
             sections.push(Section { title, lines: HashMap::new() });
         } else if let Some(section) = sections.last_mut() {
             // The key may begin with `@`, a group's number of one or two digits, and a colon: `@2:Z scale: …`.
-            let start =
-                if line.starts_with('@') { line.find(':').filter(|at| *at <= 3).map_or(0, |at| at + 1) } else { 0 };
-            if let Some(colon) = line[start..].find(':') {
-                let (key, value) = (&line[..start + colon], &line[start + colon + 1..]);
+            let first_colon = line.find(':').filter(|at| line.starts_with('@') && *at <= 3);
+            let after_group = first_colon.map_or(0, |at| at + 1);
+            if let Some(colon) = line[after_group..].find(':') {
+                let (key, value) = (&line[..after_group + colon], &line[after_group + colon + 1..]);
                 section.lines.insert(key.trim().to_ascii_lowercase(), value.trim());
             }
         }
@@ -121,10 +121,10 @@ fn scale(image: &Section, all: &[Section]) -> Result<Scale, String> {
         .and_then(leading_number)
         .ok_or_else(|| format!("{soft_name} is \"{soft}\", not V and a number"))?;
     // Heights have a soft scale in length per volt and a hard value in volts.
-    let length = unit.strip_suffix(&format!("/{hard_unit}")).filter(|_| !hard_unit.is_empty());
+    let product_unit = unit.strip_suffix(&format!("/{hard_unit}")).filter(|_| !hard_unit.is_empty());
     let full_range_um =
-        length.and_then(|length| micrometres(length).ok()).map(|unit_um| hard_value * sensitivity * unit_um);
-    let unit = length.map_or_else(|| format!("{unit} {hard_unit}").trim().to_owned(), str::to_owned);
+        product_unit.and_then(|unit| micrometres(unit).ok()).map(|unit_um| hard_value * sensitivity * unit_um);
+    let unit = product_unit.map_or_else(|| format!("{unit} {hard_unit}").trim().to_owned(), str::to_owned);
     Ok(Scale { full_range_um, unit })
 }
 
@@ -138,8 +138,8 @@ fn title_and_direction(image: &Section) -> Result<(String, String), String> {
     Ok((title.unwrap_or(text).trim().to_owned(), direction.to_ascii_lowercase()))
 }
 
-/// Columns, rows and number type of an image whose data take `length` bytes. A scan that was stopped may store only its
-/// valid rows.
+/// Columns, stored rows and number type of an image whose data take `length` bytes. A scan that was stopped may store
+/// only its valid rows.
 fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), String> {
     let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
     let valid = image.count("Valid data len Y").unwrap_or(ny).min(ny);
@@ -161,7 +161,8 @@ fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), Stri
 /// The pixel size is then known in two cases only, and [`Pixel::Unknown`] otherwise:
 ///
 /// - The `Scan Size` has two numbers in the aspect ratio, which are the sides of the scan.
-/// - The numbers of points have the aspect ratio, which makes the pixels square.
+/// - The numbers of points have the aspect ratio, which makes the pixels square. The `Scan Size` of one number is then
+///   taken for the side along x.
 ///
 /// # Errors
 /// A header without a scan size, or with a scan size or an aspect ratio that is not understood.
@@ -188,7 +189,6 @@ pub(super) fn pixel_size(image: &Section, all: &[Section], (nx, ny): (usize, usi
     // The numbers of points have the aspect ratio to within one point.
     let points_agree = (across * ny as f64 - down * nx as f64).abs() <= across.max(down);
     if points_agree && x == y {
-        // The scan size is taken for the side along x.
         return Ok(Pixel::Um(dx, dx));
     }
     // The text completes "the file does not say its …".
@@ -228,7 +228,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     let (offset, length) = (image.count("Data offset")?, image.count("Data length")?);
     let (nx, ny, number) = layout(image, length)?;
     let mut data = Bytes::new(bytes);
-    data.take(offset)?;
+    let _before_data = data.take(offset)?;
     // Number of steps in full range, 256^(bytes per pixel). Files without the key have 2 bytes per pixel.
     let steps = match image.text("Bytes/pixel") {
         Err(_) | Ok("2") => 65536.0,

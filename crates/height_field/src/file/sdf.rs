@@ -75,6 +75,7 @@ impl Header {
             Number::F64 => (f64::MIN, BCR_MISSING_MIN_F64),
         };
         let is_mark = if self.revision == Revision::Bcr { value >= high } else { value == low };
+        // In any file, numbers that are NaN, infinite or of magnitude 1e30 or more are missing, too.
         is_mark || known_or_nan(value).is_nan()
     }
 
@@ -100,7 +101,7 @@ fn number_of(code: u8) -> Result<Number, String> {
     found.ok_or_else(|| format!("DataType is {code}; 0 to 7 are known"))
 }
 
-/// Refuses compressed or checksummed files: the property `name` must have code 0, none.
+/// Refuses compressed or checksummed files: the property `name` must have code 0, which means none.
 fn require_none(name: &str, code: u8) -> Result<(), String> {
     if code == 0 { Ok(()) } else { Err(format!("{name} is {code}; only 0, none, is read")) }
 }
@@ -109,6 +110,7 @@ fn require_none(name: &str, code: u8) -> Result<(), String> {
 /// `channel_option` must be `None`, since the format has a single channel.
 pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     channel::refuse(channel_option)?;
+    // Text files may begin with the byte order mark of UTF-8.
     let mut rest = Bytes::new(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
     let magic = rest.take(8).map_err(|_| "it has no header")?;
     let revision = match &magic[1..] {
@@ -135,6 +137,7 @@ fn parse_binary(mut bytes: Bytes, revision: Revision) -> Parsed {
         Ok(if revision == Revision::Iso2 { bytes.u32()? as usize } else { usize::from(bytes.u16()?) })
     };
     let (nx, ny) = (count()?, count()?);
+    // The resolution of the heights is not used.
     let (dx_m, dy_m, z_m, _resolution) = (bytes.f64()?, bytes.f64()?, bytes.f64()?, bytes.f64()?);
     require_none("Compression", bytes.u8()?)?;
     let number = number_of(bytes.u8()?)?;

@@ -9,7 +9,7 @@ use ply_rs_bw::{
 
 use super::{SnakeError, SnakeMesh};
 
-/// Names of a vertex's properties. Mitsuba reads `tangent_x`, `_y`, `_z` as the mesh attribute `vertex_tangent`.
+/// Names of a vertex's properties.
 const VERTEX_PROPERTIES: [&str; 11] =
     ["x", "y", "z", "nx", "ny", "nz", "u", "v", "tangent_x", "tangent_y", "tangent_z"];
 
@@ -41,7 +41,7 @@ impl PropertyAccess for Face {
 
 impl SnakeMesh {
     /// Writes the mesh as a binary little-endian PLY file: positions in cm, normals, texture coordinates, and tangents
-    /// (`tangent_x`, `tangent_y`, `tangent_z`), which Mitsuba 3 offers as the mesh attribute `vertex_tangent`.
+    /// along the body. Mitsuba 3 offers `tangent_x`, `tangent_y`, `tangent_z` as the mesh attribute `vertex_tangent`.
     ///
     /// # Errors
     /// [`SnakeError::Write`] when the file cannot be written.
@@ -82,7 +82,7 @@ impl SnakeMesh {
         }
         let faces = Writer::<Face>::new();
         for triangle in &self.triangles {
-            // The largest options have fewer than 1.34·10⁹ vertices, so indices are below 2³¹.
+            // The largest accepted options have fewer than 1.4·10⁹ vertices, so indices are below 2³¹.
             let record = Face(triangle.map(|index| index as i32));
             faces.write_little_endian_element(&mut bytes, &record, &face)?;
         }

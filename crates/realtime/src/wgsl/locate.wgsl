@@ -23,7 +23,7 @@
 
 // Lists of pixels; counterpart of `ListLengths` in target.rs, which has the members before `entries`. locate.rs sets
 // these lengths to 0 before each sample. A pixel is a u32 with the column in the lower 16 bits and the row in the upper
-// 16.
+// 16, which suffice for the sides of every texture.
 struct Lists {
     // Number of entries of the buffer `chosen`, the queries that need an answer.
     chosen: atomic<u32>,
@@ -189,6 +189,7 @@ fn locate_skin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     // The rasteriser rounds corners to fractions of a pixel, so it sometimes picks a neighbouring triangle, which the
     // ray misses.
     let missed = hit.triangle == TRACE_NONE;
+    // Zeros, which mean QUERY_NOTHING, until locate_rest replaces the query.
     var found: Point;
     if !missed {
         found = point_hit(ray, hit, c0, c1, c2);

@@ -75,7 +75,8 @@ pub struct Settings {
     pub ground: bool,
     /// Stops by which the picture is brightened for the screen, −20 to 20.
     pub exposure: f64,
-    /// Factor on the number of cells (pairs of triangles) of the snake's mesh in each direction, 0.5 to 8.
+    /// Factor on the number of cells (pairs of triangles) of the snake's mesh in each direction, 0.5 to 8. The other
+    /// shapes ignore it.
     pub resolution: f64,
     /// Light of the BRDF map.
     pub map: MapSettings,
@@ -93,7 +94,7 @@ pub struct CameraSettings {
     pub distance_cm: f64,
     /// Target in cm: the point in the middle of the picture.
     pub target: [f64; 3],
-    /// Horizontal field of view in degrees.
+    /// Horizontal field of view in degrees, above 0 and below 180.
     pub fov_deg: f64,
 }
 
@@ -197,15 +198,17 @@ impl Default for MapSettings {
 }
 
 impl Settings {
-    /// Refuses settings out of range.
+    /// Refuses settings out of range, the rigorous theory, and a file name with folders.
     fn check(&self) -> Result<(), WebError> {
         let refuse = |line: String| Err(WebError::Settings(line));
         self.surface.validate().map_err(|error| WebError::Settings(error.to_string()))?;
         self.options.validate().map_err(|error| WebError::Settings(error.to_string()))?;
+        // The page builds tables of the scalar theory only.
         if self.surface.theory == Theory::Rigorous {
             return refuse("parameter \"theory\" is rigorous, but must be scalar here".to_owned());
         }
         self.method.accept(self.surface.body()).map_err(|error| WebError::Settings(error.to_string()))?;
+        // The page passes the file's bytes; the path is only its name.
         if let Some(path) = &self.surface.filename
             && !is_plain_name(path)
         {
@@ -240,7 +243,8 @@ impl Settings {
     /// The configuration from which the method is built: [`Settings::surface`] with the restrictions of the method.
     ///
     /// The published methods have only the patch model (one coherence window at a fixed position) and a periodic
-    /// tiling. Energy is conserved only if the settings say so, and never with the patch model.
+    /// tiling. Energy is conserved only if the settings say so, and never with the patch model, for which realtime
+    /// methods have no albedo.
     pub fn config(&self) -> SurfaceConfig {
         let mut surface = self.surface.clone();
         if self.method.is_patch_only() {

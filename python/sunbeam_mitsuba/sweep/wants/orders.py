@@ -63,6 +63,7 @@ class Orders(Want):
         return [*columns, Column("list", "orders", listed)]
 
     def check_parameters(self, names: set[str], values: Mapping[str, set[Value]]) -> None:
+        # Parameters of the plugin for which `sunbeam orders` has no argument.
         for name in ("material", "rotation", "int_ior", "ext_ior"):
             if name in names:
                 raise SweepError(f"want.orders: {name} is not known to it; give eta and k, and phi_i_deg")
@@ -72,7 +73,7 @@ class Orders(Want):
 
     def compute(self, question: Question) -> Answer:
         answer = Answer()
-        # Cells of the column `list`: all orders.
+        # The entry of the column `list`: all orders.
         rows = []
         for theory in self.theories:
             # The option `--theory` names the theory.

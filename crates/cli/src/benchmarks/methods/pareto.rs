@@ -1,7 +1,7 @@
 //! The Pareto front of time and errors: the entries that no other entry beats.
 
-/// Relative difference below which two times or two errors count as equal. Repeated runs differ by about this. With a
-/// smaller value, noise decides which of two similar entries is on the front.
+/// Relative advantage in time or in an error that an entry needs to beat another. Repeated runs differ by about this.
+/// With a smaller value, noise decides which of two similar entries is on the front; a larger one keeps more entries.
 const MARGIN: f64 = 0.05;
 
 /// ΔE₂₀₀₀ below which entries count as equally good. A difference of 1 is just noticeable.

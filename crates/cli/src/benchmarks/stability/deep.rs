@@ -11,7 +11,7 @@
 //!
 //! The phase screen exp(iκh) is expanded in a Taylor or Chebyshev series in h/H, whose coefficients depend on κH.
 //! Taylor's terms grow like e^κH before they cancel, so rounding limits the depth. An order's amplitude is one bin of
-//! the Fourier transform of the phase screen.
+//! the Fourier transform of the phase screen. FLSS is full lambda spectral sampling (Dhillon et al. 2014).
 
 use super::relief::{rough_of_primes, uniform_direction};
 use super::{error_scale, largest, percentile_99, table_error};
@@ -70,7 +70,7 @@ pub struct DeepPoint {
     pub flss_largest: Option<f64>,
     /// 99th percentile of the error of S by `flss` with Taylor's series; `None` where the method refuses the depth.
     pub flss_taylor_p99: Option<f64>,
-    /// 99th percentile of the error of S by the spectral tables, at a tolerance of 1e-3.
+    /// 99th percentile of the error of S by the spectral tables, at a tolerance of `TOLERANCE`.
     pub table_p99: f64,
     /// Largest error of S by the spectral tables.
     pub table_largest: f64,
@@ -96,6 +96,7 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
         let method_options = MethodOptions { series, ..MethodOptions::default() };
         match Flss::new(&field, Options::default().coherence_length_um, TOLERANCE, &method_options, &Progress::none()) {
             Ok(method) => Ok(Some(method_errors(&field, &method, directions))),
+            // The relief is too deep for the series.
             Err(MethodError::TaylorRange { .. } | MethodError::TooManyTerms { .. }) => Ok(None),
             Err(source) => Err(BenchError::Method { candidate: format!("flss at κH = {kappa_h}"), source }),
         }
@@ -103,18 +104,7 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     let (mut flss_chebyshev, mut flss_taylor) = (flss(Series::Chebyshev)?, flss(Series::Taylor)?);
     let options = Options { conserve_energy: false, tolerance: TOLERANCE, ..Options::default() };
     let surface = Surface::new(&field, &options)?;
-    let exact = Exact::new(&field, &options, None);
-    // An arbitrary fixed seed.
-    let mut random = Random::new(8);
-    let mut table_errors: Vec<f64> = (0..directions)
-        .map(|i| {
-            let (wi, nm) = (uniform_direction(&mut random), random.between(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM));
-            // Three of four directions are sampled: orders are so narrow that most uniform directions are dark.
-            let u = [random.unit(), random.unit(), random.unit()];
-            let sampled = if i % 4 == 0 { None } else { surface.sample_direction(wi, &[nm], u) };
-            table_error(&surface, &exact, wi, sampled.unwrap_or_else(|| uniform_direction(&mut random)), nm)
-        })
-        .collect();
+    let mut table_errors = table_errors(&surface, &Exact::new(&field, &options, None), directions);
     Ok(DeepPoint {
         kappa_h,
         taylor_terms: taylor,
@@ -130,6 +120,21 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
         table_largest: largest(table_errors),
         table_bytes: surface.report().table.bytes,
     })
+}
+
+/// Errors of the tables' S at `count` random pairs of directions and wavelengths.
+fn table_errors(surface: &Surface, exact: &Exact, count: usize) -> Vec<f64> {
+    // An arbitrary fixed seed.
+    let mut random = Random::new(8);
+    (0..count)
+        .map(|i| {
+            let (wi, nm) = (uniform_direction(&mut random), random.between(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM));
+            // Three of four outgoing directions are sampled: orders are so narrow that most uniform ones are dark.
+            let u = [random.unit(), random.unit(), random.unit()];
+            let sampled = if i % 4 == 0 { None } else { surface.sample_direction(wi, &[nm], u) };
+            table_error(surface, exact, wi, sampled.unwrap_or_else(|| uniform_direction(&mut random)), nm)
+        })
+        .collect()
 }
 
 /// Largest error of any order's amplitude by a series of `terms` terms, at one κ in rad/µm.
@@ -170,7 +175,7 @@ fn method_errors(field: &HeightField, method: &Flss, count: usize) -> Vec<f64> {
         }
         let (f, kappa) = ([u / um, v / um], TAU * w / um);
         let truth = patch.power_density(f, kappa);
-        // The method answers with S/λ².
+        // The method answers with S/λ². A missing answer becomes NaN, which `largest` makes infinite.
         let answer = method.relief_spectral([u as f32, v as f32, w as f32], nm as f32);
         let found = answer.map_or(f64::NAN, f64::from) * um * um;
         errors.push((found - truth).abs() / error_scale(truth, ensemble.power_density(f, kappa)));
