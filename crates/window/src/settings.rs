@@ -72,17 +72,20 @@ impl Settings {
 
     /// The recipe of the method.
     pub(crate) fn recipe(&self) -> Recipe {
-        // The recipe of a scalar method leaves out the optics, which are options of the shader. A change of the optics
-        // then builds nothing. Scalar methods do not conserve energy in the window. A grating by Maxwell's equations
-        // contains its refractive index and conserves energy by itself, so the choice stays unset.
+        // A grating by Maxwell's equations contains its refractive index and conserves energy by itself, so the choice
+        // stays unset. Scalar tables conserve energy on request; their albedo depends on the optics. Other scalar
+        // methods leave out the optics, which are options of the shader, so that a change of them builds nothing.
         let is_rigorous = self.surface.theory == Theory::Rigorous;
-        let mut surface = SurfaceConfig {
-            obliquity: ObliquityChoice::default(),
-            shadowing: false,
-            conserve_energy: (!is_rigorous).then_some(false),
-            ..self.surface.clone()
-        };
-        let index = self.index.filter(|_| is_rigorous);
+        let conserves = !is_rigorous
+            && self.surface.conserve_energy == Some(true)
+            && self.kind == MethodKind::Table
+            && self.surface.model == Model::Ensemble;
+        let mut surface = self.surface.clone();
+        surface.conserve_energy = (!is_rigorous).then_some(conserves);
+        if !conserves {
+            (surface.obliquity, surface.shadowing) = (ObliquityChoice::default(), false);
+        }
+        let index = self.index.filter(|_| is_rigorous || conserves);
         if self.is_film() {
             // Wavelengths in the film are λ/η, so its tables are those of the relief magnified η times.
             (surface.eta, surface.k) = (self.index.map(|index| index.eta), None);
@@ -98,11 +101,12 @@ impl Settings {
 /// All inputs of building a method. The window builds a method again when its recipe changes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Recipe {
-    /// The surface. For scalar methods it has no settings that are options of the shader.
+    /// The surface. For scalar methods that do not conserve energy it has no settings that are options of the shader.
     surface: SurfaceConfig,
     kind: MethodKind,
     options: MethodOptions,
-    /// The refractive index of a grating by Maxwell's equations; `None` for a perfect conductor and for scalar methods.
+    /// The refractive index of a grating by Maxwell's equations, or of a table that conserves energy; `None` for a
+    /// perfect conductor and for other methods.
     index: Option<ComplexIndex>,
     cache: Cache,
 }
@@ -137,15 +141,13 @@ mod tests {
     use sunbeam::height_field::Preset;
     use sunbeam::methods::AnswerKind;
 
-    #[test]
-    fn a_film_has_the_index_of_the_window_and_no_cover() {
+    /// Settings of the method `table` for a sinusoidal relief of aluminium.
+    fn table_settings() -> Settings {
         let view = View::default();
-        let mut settings = Settings {
+        Settings {
             surface: SurfaceConfig {
                 preset: Some(Preset::Sinusoidal),
                 coherence_length: 10.0,
-                cover_eta: Some(1.4),
-                shadowing: true,
                 ..SurfaceConfig::default()
             },
             kind: MethodKind::Table,
@@ -157,7 +159,29 @@ mod tests {
             exposure: 0.0,
             scale: 1.0,
             cache: Cache::off(),
+        }
+    }
+
+    /// Only tables that conserve energy depend on the optics.
+    #[test]
+    fn tables_conserve_energy_on_request() {
+        let with = |conserve_energy, shadowing, kind| {
+            let mut settings = Settings { kind, ..table_settings() };
+            (settings.surface.conserve_energy, settings.surface.shadowing) = (conserve_energy, shadowing);
+            settings.recipe()
         };
+        for kind in [MethodKind::Table, MethodKind::Flss] {
+            assert!(with(None, true, kind) == with(Some(false), false, kind));
+            assert_eq!(with(Some(true), false, kind) != with(None, false, kind), kind == MethodKind::Table);
+            assert_eq!(with(Some(true), true, kind) != with(Some(true), false, kind), kind == MethodKind::Table);
+        }
+        with(Some(true), true, MethodKind::Table).build().unwrap();
+    }
+
+    #[test]
+    fn a_film_has_the_index_of_the_window_and_no_cover() {
+        let mut settings = table_settings();
+        (settings.surface.cover_eta, settings.surface.shadowing) = (Some(1.4), true);
         let opaque = settings.recipe();
         settings.set_film(true);
         // The smallest index of a film, instead of a metal's.
