@@ -1,7 +1,8 @@
 """The gradient of the quasi-periodic Green's function of the Helmholtz equation in the plane.
 
 With the period d and the wave number k the function is G(x, z) = Σ_n i/(2d β_n) exp(iα_n x + iβ_n |z|), where
-α_n = α_0 + 2πn/d and β_n = √(k² − α_n²), positive or positive imaginary. Lengths are in µm, wave numbers in rad/µm.
+α_n = α_0 + 2πn/d and β_n = √(k² − α_n²), positive or positive imaginary, not 0. Lengths are in µm, wave numbers in
+rad/µm.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ def dilogarithm(mu: np.ndarray) -> np.ndarray:
 class Lattice:
     """The orders n = −count … count of a wave over a grating, with the symbols of the module."""
 
+    # d in µm, k and α_0 in rad/µm.
     period: float
     k: float
     alpha0: float
@@ -80,7 +82,7 @@ class Lattice:
         # those at (x, z). Waves that propagate are summed at (x, z) in `there`, and at (−x, −z) in `back`.
         conjugate = np.array(self._asymptotes(x, y, carrier, tilt))
         there, back = np.zeros_like(conjugate), np.zeros_like(conjugate)
-        # exp(2πinx/d) and exp(−2πny/d).
+        # From here on n ≥ 0, and `side` is the sign of the order. exp(2πinx/d) and exp(−2πny/d):
         turn, fall = np.ones_like(step), np.ones_like(decay)
         for n in range(self.count + 1):
             for side in (1, -1) if n else (1,):
@@ -91,12 +93,12 @@ class Lattice:
                 wave = np.exp(-gamma * y)
                 in_x, in_z = alpha / gamma * wave, wave
                 if n:
-                    # Asymptotes for large q, from γ ≈ q + side·α_0 − k²/(2q).
+                    # Asymptotes for large q, from γ ≈ q + side·α_0 − k²/(2q). `shared` is in both components.
                     q = 2 * np.pi * n / d
                     leading = fall * tilt[side]
-                    first = leading * (1 + k**2 / (2 * q) * y)
-                    in_z = in_z - first
-                    in_x = in_x - side * (first + k**2 / (2 * q**2) * leading)
+                    shared = leading * (1 + k**2 / (2 * q) * y)
+                    in_z = in_z - shared
+                    in_x = in_x - side * (shared + k**2 / (2 * q**2) * leading)
                 phase = carrier * (turn if side > 0 else np.conj(turn))
                 for i, part in enumerate((in_x, in_z)):
                     if evanescent:
@@ -117,11 +119,11 @@ class Lattice:
         d, k = self.period, self.k
         mu = 2 * np.pi / d * (y - 1j * x)
         # From Σ w^n, Σ w^n/n and Σ w^n/n² with w = exp(−μ), over n from 1. Negative n have the conjugates.
-        first = -np.exp(-mu) / np.expm1(-mu) - k**2 * d / (4 * np.pi) * y * np.log(-np.expm1(-mu))
-        second = k**2 * d**2 / (8 * np.pi**2) * dilogarithm(mu)
+        shared = -np.exp(-mu) / np.expm1(-mu) - k**2 * d / (4 * np.pi) * y * np.log(-np.expm1(-mu))
+        only_x = k**2 * d**2 / (8 * np.pi**2) * dilogarithm(mu)
         up, down = carrier * tilt[1], carrier * tilt[-1]
-        towards_x = up * (first + second) - down * np.conj(first + second)
-        return towards_x, up * first + down * np.conj(first)
+        towards_x = up * (shared + only_x) - down * np.conj(shared + only_x)
+        return towards_x, up * shared + down * np.conj(shared)
 
     def self_term(self) -> complex:
         """Limit of ∂G/∂x at the source without the source's own field, in 1/µm; the limit of ∂G/∂z is 0.
