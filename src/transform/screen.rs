@@ -66,8 +66,8 @@ impl OrderTransform {
         screen
     }
 
-    /// All `c_j(κ)` of the centred heights at `kappa` in rad/µm, `[jy][jx]` in FFT order: from order 0 upwards, then the
-    /// negative orders. `Σ|c_j|² = 1`.
+    /// All `c_j(κ)` of the centred heights at `kappa` in rad/µm, `[jy][jx]` in FFT order: from order 0 upwards, then
+    /// the negative orders. `Σ|c_j|² = 1`.
     pub fn amplitudes(&self, kappa: f64) -> Vec<Complex64> {
         let mut bins = self.screen(kappa);
         self.fft.process(&mut bins, &mut Vec::new());
