@@ -2,8 +2,8 @@
 //!
 //! Each node of the table has a record, its power as a function of κ. An interpolation kernel spreads the power over f.
 //! The grid's nodes hold the sums. A look-up in the grid is faster than one in the table: a build for one aperiodic
-//! period of the blazed grating takes 0.8 s instead of 7 s on two cores. Only tables of wide nodes have a grid, since it
-//! stays small there. They belong to aperiodic height fields a few µm wide.
+//! period of the blazed grating takes 0.8 s instead of 7 s on two cores. Only tables of wide nodes have a grid, since
+//! it stays small there. They belong to aperiodic height fields a few µm wide.
 
 use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, LatticeAxis, NodeCurve, SpectralTable};
 use rayon::prelude::*;
