@@ -8,7 +8,7 @@
 use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, LatticeAxis, NodeCurve, SpectralTable};
 use rayon::prelude::*;
 
-/// Spacing of the grid in standard deviations of a node of the table. Chosen with [`STEPS_PER_KNOT`] for errors below
+/// Spacing of the grid in standard deviations of the table's kernel. Chosen with [`STEPS_PER_KNOT`] for errors below
 /// 0.5 % of the largest density, which a test measures. A narrower spacing takes more memory and time.
 const SPACING_SIGMAS: f64 = 0.4;
 /// Distance in standard deviations up to which a node of the table adds to the grid, for any interpolation kernel.
