@@ -29,7 +29,7 @@ use sunbeam_fourier::num_complex::Complex64;
 use sunbeam_rigorous::{Profile, Scattering};
 
 /// Number of Chebyshev nodes along either side of a cell at which matrices are solved, and most nodes of the table.
-/// More take longer to solve; two thirds of it double the error of the test below.
+/// A larger number takes longer to solve; two thirds of this one double the error of the test below.
 const NODES_MAX: usize = 18;
 /// Size in bytes up to which a table has more than [`INTERFACE_NODES`] nodes along a side. Larger values allow more
 /// accurate tables of gratings with long periods; smaller ones save memory.

@@ -101,8 +101,8 @@ fn build_table(
     let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
     let (table_progress, albedo_progress) =
         if conserve_energy { progress.halves() } else { (progress.part(0.0, 1.0), Progress::none()) };
-    // Reflectance 1 at every wavelength and cosine: the interface's factor is applied outside the table. Albedos are integrated from `spectral`, the
-    // spectral table behind the colours.
+    // Reflectance 1 at every wavelength and cosine: the interface's factor is applied outside the table. Albedos are
+    // integrated from `spectral`, the spectral table behind the colours.
     let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &table_progress)?;
     if let Some(body) = surface.body {
         // The range of sizes is `None`, since methods show the relief's own size only. The table of a film is `None`
