@@ -36,7 +36,8 @@ protected:
             return m_optics.get();
     }
 
-    void set_optics(ConstOptics optics) {
+    /// Replaces the optics for later calls; calls that run keep those that they began with.
+    void set_optics(Optics<Float, Spectrum> optics) {
         std::atomic_store(&m_optics, std::make_shared<ConstOptics>(std::move(optics)));
     }
 
@@ -63,7 +64,7 @@ public:
         m_optics->traverse(cb);
         auto put = [&](const char *name, float &number) { cb->put(name, number, +ParamFlags::NonDifferentiable); };
         put("coherence_length", m_numbers[0]);
-        // Scale and depth are numbers here only where they are no textures, which the optics expose.
+        // Scale and depth are exposed as numbers unless they are textures, which the optics expose.
         if (!m_optics->has_scale_texture())
             put("scale", m_numbers[1]);
         if (!m_optics->has_depth_texture())
@@ -77,7 +78,7 @@ public:
         // Colour tables (RGB and mono variants) may include the interface's factor (interface.h) of the initial index.
         if (has_changed("eta") || has_changed("k"))
             set_optics(m_optics->without_index());
-        // Numbers determine the tables, which are built anew.
+        // Numbers determine the tables, which are built anew where Mitsuba has written other numbers.
         if (const auto built = m_optics->numbers(); m_numbers != built) {
             const auto wanted = m_numbers;
             // `with_numbers` throws if it refuses a number. `m_numbers` then still holds those of the tables.

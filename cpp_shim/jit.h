@@ -72,8 +72,9 @@ uint32_t to_u32(uint32_t a) noexcept;
 /// Reinterprets the bits of a 32-bit integer as a single-precision number.
 uint32_t f32_from_bits(uint32_t a) noexcept;
 
-/// Reads `W = indices.size()` consecutive elements of the array `source`, from element `W·at` on, where `W` is 1, 2
-/// or 4. Writes the index of one variable for each element to `indices`. Elements are zero where the mask is false.
+/// Reads, in each lane of `at`, `W = indices.size()` consecutive elements of the array `source`, from element `W·at`
+/// on, where `W` is 1, 2 or 4. Writes the index of one variable for each of them to `indices`; 0 on failure. Elements
+/// are zero where the mask is false.
 void gather(uint32_t source, uint32_t at, uint32_t mask, rust::Slice<uint32_t> indices) noexcept;
 
 /// Runs a loop. Dr.Jit's flags decide whether it is recorded (symbolic) or executed step by step (evaluated). Dr.Jit

@@ -15,8 +15,9 @@ namespace dr = drjit;
 
 /// Smallest and largest value of a texture.
 ///
-/// A bitmap has its extremes at the centres of its pixels, since interpolation does not exceed the pixels' values. A
-/// uniform texture has one value. All others, such as attributes of meshes, have the range `fallback`.
+/// A bitmap has its extremes at the centres of its pixels, since interpolation does not exceed the pixels' values. They
+/// may be missed if the bitmap has a transform `to_uv`, which moves the places read. A uniform texture has one value.
+/// All others, such as attributes of meshes, have the range `fallback`.
 template <typename Float, typename Spectrum>
 std::array<float, 2> texture_range(const mitsuba::Texture<Float, Spectrum> &texture, std::array<float, 2> fallback) {
     const std::string_view class_name = texture.class_name();

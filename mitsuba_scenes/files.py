@@ -69,7 +69,8 @@ def xml_text(state: mi.parser.ParserState) -> str:
     """The XML of a parsed scene with a matrix for every transform. The transforms of `state` are replaced.
 
     Mitsuba writes products of a scale, a rotation and a translation, whose relative errors reach 1e-3. A translation by
-    its number therefore stands for each transform until the matrix replaces it in the text.
+    its number therefore stands for each transform until the matrix replaces it in the text. Numbers begin at 1, since
+    Mitsuba leaves out a translation by 0.
     """
     matrices = []
     for node in state.nodes:
@@ -97,7 +98,7 @@ def write_scenes(folder: Path, resolution: float = 4.0) -> list[Path]:
     """Writes all scenes into `folder`, with snake.ply, pigment.exr, scan.gsf and the textures beside them.
 
     Returns the paths of the scenes: copies of those in XML, then those made by Python. A Mitsuba variant must be
-    selected. `resolution` is a factor on the number of the mesh's cells (`snake_files`).
+    selected. `resolution` is a factor on the number of the mesh's quadrilaterals in each direction (`snake_files`).
     """
     folder.mkdir(parents=True, exist_ok=True)
     files = snake_files(resolution)

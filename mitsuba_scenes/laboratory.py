@@ -35,7 +35,7 @@ BEAM_START_MM = 20.0
 BEAM_LENGTH_MM = 250.0
 # Edges of the screen relative to those of the picture, so that the screen fills the picture.
 SCREEN_SCALE = 1.2
-# Half width of the triangular spectrum of monochromatic light.
+# Half width of the triangular spectrum of monochromatic light. Wider lines have wider spots.
 LINE_NM = 1.0
 # Half height of the strip about y = 0 in which `spot_mm` measures, as a fraction of the screen's distance. A higher
 # strip has less noise, but the spatial frequency of a column, taken at y = 0, is less accurate at its ends.
@@ -182,7 +182,7 @@ def camera(bench: Bench) -> dict:
 
 
 def photograph(bsdf, bench: Bench, spectrum: dict, paths: int, seed: int = 0) -> np.ndarray:
-    """The screen in linear sRGB, (rows, columns, 3) from the top down, with about `paths` paths from the beam.
+    """The screen in linear sRGB, (rows, columns, 3) from the top down, with about `paths` ≥ 1 paths from the beam.
 
     `bsdf` is the sample's, and `spectrum` the beam's radiance. Passes have consecutive seeds from `seed` on.
     """
@@ -195,8 +195,9 @@ def photograph(bsdf, bench: Bench, spectrum: dict, paths: int, seed: int = 0) ->
 
 
 def film_position(bench: Bench, x_mm: float, y_mm: float) -> tuple[float, float]:
-    """Column and row of a point of the screen on the film, in pixels from the top left corner."""
+    """Column and row of a point of the screen on the picture, in pixels from the top left corner."""
     sensor = mi.load_dict(camera(bench))
+    # A surface interaction at the point, since the sensor is sampled from surfaces.
     si = dr.zeros(mi.SurfaceInteraction3f)
     si.p = mi.Point3f(x_mm, y_mm, bench.distance_mm)
     found, _ = sensor.sample_direction(si, mi.Point2f(0.5))

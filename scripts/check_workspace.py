@@ -27,7 +27,7 @@ ALONE = {
     "normal,build,dev": ["sunbeam", "sunbeam-height-field", "sunbeam-realtime", "sunbeam-cli", "sunbeam-c"],
 }
 # Value of the Makefile's variable EARLY: arguments `-p PACKAGE … --features FEATURE` of its first build, which runs
-# while pip downloads.
+# while pip downloads. It is the first assignment (`:=`) and its additions (`+=`).
 EARLY = " ".join(re.findall(r"^EARLY +[:+]= (.*)$", Path("Makefile").read_text(), re.M)).split()
 # Packages that make up the library and its C interface.
 LIBRARY = ["sunbeam", "sunbeam-c", "sunbeam-fourier", "sunbeam-guard", "sunbeam-height-field", "sunbeam-rigorous"]
@@ -80,7 +80,7 @@ def version(text: str) -> tuple[int, int, int]:
 
 
 def too_new(own: list[dict], others: list[dict]) -> list[str]:
-    """A line for each package that declares a newer Rust than a member that needs it.
+    """A line for each package that declares a newer Rust than a member that needs it; every member declares one.
 
     There is a further line if the library's packages declare different versions. `own` are the members and `others`
     their dependencies, as `packages` returns them.

@@ -24,8 +24,8 @@ MEDIAN_MAX = 0.1
 # Largest accepted 99th percentile of CIEDE2000, a just noticeable difference. It is larger than MEDIAN_MAX, because at
 # silhouettes a pixel's centre may fall on another triangle.
 P99_MAX = 1.0
-# Rotation of the relief in degrees for the negative control, a comparison that must fail.
-WRONG_TURN = 1.0
+# Rotation of the relief for the negative control, a comparison that must fail.
+WRONG_TURN_DEG = 1.0
 # Direction of the light of the maps, in degrees.
 INCIDENCE = ("--theta-i", "30", "--phi-i", "20")
 
@@ -91,6 +91,6 @@ def turned(plan: Plan, folder: Path) -> dict:
     method = plan.methods[-1]
     straight, other = folder / f"{method}-straight.exr", folder / f"{method}-turned.exr"
     draw(plan, straight, method, plan.adapter)
-    draw(plan, other, method, plan.adapter, rotation=WRONG_TURN)
+    draw(plan, other, method, plan.adapter, rotation=WRONG_TURN_DEG)
     found = judged(straight, other)
     return {**found, "passed": not found["passed"]}

@@ -45,11 +45,11 @@ class Plan:
     snake_pictures: int
     # Number of elements of the arrays in a timed call (calls.py).
     wavefront: int
-    # Names of the materials of timed calls, in `bsdf_calls.bsdfs`.
+    # Names of the materials of timed calls, in `bsdfs` of docs/figures/bsdf_calls.py.
     materials: tuple[str, ...]
     # Names of the timed calls.
     calls: tuple[str, ...]
-    # Names of the benchmark scenes whose renders are timed.
+    # Names of the benchmark scenes (scenes.py) whose renders are timed.
     scenes: tuple[str, ...]
     # Size of a timed render.
     render_size: tuple[int, int]

@@ -21,18 +21,19 @@ def read_exr(path: Path) -> np.ndarray:
 
 
 def mean_chroma(linear: np.ndarray, mask: Path) -> float:
-    """Mean CIELAB chroma √(a*² + b*²) of a linear picture (rows, columns, 3) where the PNG `mask` is not black.
+    """Mean CIELAB chroma √(a*² + b*²) of a linear sRGB picture (rows, columns, 3) where the PNG `mask` is not black.
 
-    The picture is exposed, and its channels are clipped to [0, 1].
+    The mask is grey, of the picture's size. The picture is exposed, and its channels are clipped to [0, 1].
     """
     exposed = np.clip(linear * 2.0**EXPOSURE_STOPS, 0, 1)
     with Image.open(mask) as picture:
         inside = np.array(picture) > 0
-    return float(np.hypot(*lab(exposed[inside])[:, 1:].T).mean())
+    _, a, b = lab(exposed[inside]).T
+    return float(np.hypot(a, b).mean())
 
 
 def greyed(linear: np.ndarray) -> np.ndarray:
-    """A linear picture (..., 3) in grey, with the luminance of every pixel unchanged."""
+    """A linear sRGB picture (..., 3) in grey, with the luminance of every pixel unchanged."""
     return np.repeat((linear @ LUMINANCE)[..., None], 3, axis=-1)
 
 

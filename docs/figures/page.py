@@ -65,6 +65,7 @@ def render(name: str, figures: dict) -> str:
     environment.filters.update(named=named, scans_first=scans_first, measured=card.measured)
     environment.globals["card"] = card.read()
     text = environment.get_template(f"{name}.md.j2").render(figures).strip()
+    # Statements of the template may leave several blank lines in turn.
     return wrapped(re.sub(r"\n{3,}", "\n\n", text)) + "\n"
 
 

@@ -1,8 +1,9 @@
 """Part `polarisation` of the documentation (page.py): degree of linear polarisation in pictures of gratings.
 
-The degree is √(Q² + U²)/I by the Stokes components. A disc and a ball in aluminium and glass are path-traced in a
-polarised variant of Mitsuba. The plugin's `theory` is scalar, with the polarisation of a flat interface, or rigorous,
-by Maxwell's equations. Lengths of the scenes are in cm, z is up. Places and radiances of lights are chosen by eye.
+The degree is √(Q² + U²)/I by the Stokes components. A disc of aluminium, and spheres of aluminium and glass,
+are path-traced in a polarised variant of Mitsuba. The plugin's `theory` is scalar, with the polarisation of a flat
+interface, or rigorous, by Maxwell's equations. Lengths of the scenes are in cm, z is up. Places and radiances of lights
+are chosen by eye.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ PART = "polarisation"
 VARIANT = "scalar_spectral_polarized"
 # Width and height of the pictures in pixels.
 SIZE = (144, 96)
-# Samples per pixel. More lower the noise, which adds to the degree of polarisation.
+# Samples per pixel. A larger number lowers the noise, which adds to the degree of polarisation.
 SPP = 144
 # Largest number of segments of a path: from the camera to the object, on to the floor, and to a light.
 MAX_DEPTH = 3
@@ -54,14 +55,14 @@ DARK = 0.02
 LARGEST = 0.99
 # Smallest accepted ratio of largest degrees where the page says that one surface polarises more than another.
 MORE = 1.5
-# Camera of the pictures of the ball.
-SPHERE = View(*SIZE, origin_cm=(0, -6, 2.5), target_cm=(0, 0, 1), fov_deg=32)
+# Camera of the pictures of the sphere.
+SPHERE_VIEW = View(*SIZE, origin_cm=(0, -6, 2.5), target_cm=(0, 0, 1), fov_deg=32)
 # Camera of the pictures of the disc.
-DISC = View(*SIZE, origin_cm=(0, -16, 13), target_cm=(0, 0, 0), fov_deg=42)
+DISC_VIEW = View(*SIZE, origin_cm=(0, -16, 13), target_cm=(0, 0, 0), fov_deg=42)
 
 
 def sphere(optics: dict) -> dict:
-    """A blazed ball with the plugin's parameters `optics`, under a uniform sky and a lamp, as parts of a scene."""
+    """A blazed sphere with the plugin's parameters `optics`, under a uniform sky and a lamp, as parts of a scene."""
     return {
         "ball": {"type": "sphere", "center": [0, 0, 1], "bsdf": {"type": "diffraction", "preset": "blazed", **optics}},
         "floor": floor(half_width_cm=20, reflectance=DARK_FLOOR),
@@ -86,6 +87,7 @@ def disc(relief: dict, ply) -> dict:
 def stokes(parts: dict, view: View) -> np.ndarray:
     """Stokes components I, Q, U, V of a picture in linear sRGB, (rows, columns, component, channel)."""
     sensor = view.sensor(SPP)
+    # In place of the view's stratified sampler.
     sensor["sampler"] = {"type": "independent", "sample_count": SPP}
     integrator = {"type": "stokes", "nested": {"type": "path", "max_depth": MAX_DEPTH}}
     scene = mi.load_dict({"type": "scene", "integrator": integrator, "sensor": sensor, **parts})
@@ -117,16 +119,16 @@ def figures() -> dict:
     # The mesh is read when scenes are loaded, and deleted after the last picture.
     ply = write_disc(folder / "disc.ply")
     cases = [
-        ("compact disc, aluminium, scalar", disc(TRACKS, ply), DISC),
+        ("compact disc, aluminium, scalar", disc(TRACKS, ply), DISC_VIEW),
         *(
-            (f"grooved disc, aluminium, {theory}", disc({**GROOVES, "theory": theory}, ply), DISC)
+            (f"grooved disc, aluminium, {theory}", disc({**GROOVES, "theory": theory}, ply), DISC_VIEW)
             for theory in THEORIES
         ),
         *(
-            (f"blazed sphere, aluminium, {theory}", sphere({**ALUMINIUM, "theory": theory}), SPHERE)
+            (f"blazed sphere, aluminium, {theory}", sphere({**ALUMINIUM, "theory": theory}), SPHERE_VIEW)
             for theory in THEORIES
         ),
-        ("blazed sphere, glass of 1.5, scalar", sphere(GLASS), SPHERE),
+        ("blazed sphere, glass of 1.5, scalar", sphere(GLASS), SPHERE_VIEW),
     ]
     pictures = [(name, stokes(parts, view)) for name, parts, view in cases]
     ply.unlink()
@@ -151,7 +153,7 @@ def draw(path, pictures: list) -> None:
     # The axes of each picture and of its degree: (half, picture or degree, column) becomes (picture, 2).
     pairs = axes.reshape(2, 2, columns).transpose(0, 2, 1).reshape(-1, 2)
     for (above, below), (name, picture) in zip(pairs, pictures):
-        above.imshow(tone_mapped(picture[:, :, 0], 0.0))
+        above.imshow(tone_mapped(picture[:, :, 0], exposure_stops=0.0))
         above.set_title(name)
         # The scale ends at the next tenth.
         top = np.ceil(10 * largest_degree(picture)) / 10

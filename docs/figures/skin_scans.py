@@ -21,7 +21,7 @@ CROP_UM = 6.5
 # Number of strips into which a scan is cut. Their spacings show how much the period varies within a scan. More strips
 # show more of this variation, but each is narrower and its spacing less certain.
 STRIPS = 5
-# Number of random crops of a preset. More make the quantiles of their sizes more certain.
+# Number of random crops of a preset. More crops make the quantiles of their sizes more certain.
 CROPS = 400
 # Seed of the crops' positions, an arbitrary number.
 SEED = 20140

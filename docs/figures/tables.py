@@ -33,8 +33,9 @@ def surface_figures(*source) -> dict:
 
     The tables are built twice: `build_s` includes the albedo's table, which energy conservation needs, and `bare_s`
     does not. Both are in seconds. `mb` is the size of all tables in megabytes. `error` is the measured relative error
-    of the spectral table, and `taps` are the nodes that a look-up in it reads along each axis. `albedo` and
-    `albedo_kept` are mean albedos without and with energy conservation.
+    of the spectral table, and `taps` are the numbers of nodes that a look-up in it reads along x and y. `albedo` and
+    `albedo_kept` are albedos without and with energy conservation: means over wavelengths, and over incident directions
+    weighted by the cosine.
     """
     report, bare = (
         json.loads(sunbeam("height-field", *source, "--tables", "--conserve-energy", conserves))

@@ -26,7 +26,8 @@ from .map_surfaces import Surface
 WAVELENGTH_UM = 0.38
 # Side of the map in pixels.
 SIZE = 100
-# Number of orders summed to either side of a direction; beyond them the window's transform is below 1e-6.
+# Number of orders summed to either side of a direction. Beyond them the window's transform is below 1e-6, as the
+# coherence length is at least about the extent of the tile.
 REACH = 3
 # Error of a converged amplitude, relative to the rms of the amplitudes over the map.
 CONVERGED = 1e-2
@@ -44,9 +45,9 @@ class Sums:
     name: str
     # Largest κh, over heights and directions; it is attained along the normal.
     argument: float
-    # (N,): error of the sum of the first n terms, by n.
+    # (count,): error of the sum of the first n terms, by n.
     whole: np.ndarray
-    # (4, N): error of the sum of a part's terms among the first n, by n.
+    # (4, count): error of the sum of a part's terms among the first n, by n.
     parts: np.ndarray
     # (5, SIZE²): converged sums of the four parts and of the whole, complex, NaN outside the disc.
     limits: np.ndarray
@@ -70,15 +71,18 @@ class Sums:
         `part_over_whole` is the rms of the first part over that of the whole. It tells by how much the parts cancel.
         """
 
-        def least(error) -> int:
-            """The number of terms from which on `error(n)` is at most CONVERGED."""
-            return next(n for n in range(len(self.whole) - 1, -1, -1) if error(n) > CONVERGED) + 1
+        count = len(self.whole)
+
+        def least(error, largest: int = count - 1) -> int:
+            """The number of terms from which on `error(n)` is at most CONVERGED, for n up to `largest`."""
+            return next(n for n in range(largest, -1, -1) if error(n) > CONVERGED) + 1
 
         return {
             "surface": self.name,
             "argument": self.argument,
-            "bound": least(self.bound),
-            "bound_of_the_source": least(self.bound_of_the_source),
+            # The bounds converge after the sums, but well before twice their terms.
+            "bound": least(self.bound, 2 * count),
+            "bound_of_the_source": least(self.bound_of_the_source, 2 * count),
             "whole": least(lambda n: self.whole[n]),
             "parts": [least(lambda n, part=part: part[n]) for part in self.parts],
             "part_over_whole": float(
@@ -88,7 +92,7 @@ class Sums:
 
 
 def sums(surface: Surface) -> Sums:
-    """The series of a surface in each direction of the map, at normal incidence."""
+    """The series of a surface that is not flat, in each direction of the map, at normal incidence."""
     heights_um = surface.heights_um - surface.heights_um.min()
     top_um = heights_um.max()
     argument = float(4 * pi * top_um / WAVELENGTH_UM)
@@ -113,6 +117,7 @@ def sums(surface: Surface) -> Sums:
         terms[n] = coefficient * (transform[orders] * window).sum(axis=0)
         coefficient *= 1j * kappa_top / (n + 1)
         power *= heights_um / top_um
+    # Each part keeps the rows of its own terms; the others are zero.
     parts = [np.where(np.arange(count)[:, None] % 4 == part, terms, 0) for part in range(4)]
     limits = np.full((5, SIZE * SIZE), np.nan, complex)
     limits[:, inside] = [each.sum(axis=0) for each in (*parts, terms)]
@@ -159,9 +164,10 @@ def pictures(found: Sums) -> list[tuple[str, Image.Image]]:
     drawn = []
     for caption, amplitude in zip(captions, found.limits):
         power = abs(amplitude.reshape(SIZE, SIZE)) ** 2
+        # From 0 at the smallest power shown to 1 at the largest; pixels outside the disc are dark grey.
         grey = 1 + np.log10(np.maximum(power / np.nanmax(power), 10.0**-DECADES)) / DECADES
-        # Pixels outside the disc are dark grey.
-        drawn.append((caption, Image.fromarray(np.uint8(np.round(255 * np.nan_to_num(grey, nan=0.1)))).convert("RGB")))
+        grey = np.nan_to_num(grey, nan=0.1)
+        drawn.append((caption, Image.fromarray(np.uint8(np.round(255 * grey))).convert("RGB")))
     return drawn
 
 
@@ -172,6 +178,7 @@ def plot(found: list[Sums], file: Path) -> None:
         for each, axis in zip(found, axes[0]):
             n = np.arange(len(each.whole))
             for part, error in enumerate(each.parts):
+                # The floor avoids the logarithm of zero after a part's last term.
                 axis.semilogy(n, np.maximum(error, 1e-15), lw=1, label=f"n ≡ {part} (mod 4)")
             axis.semilogy(n, each.whole, "k", lw=1.6, label="all n")
             axis.semilogy(n, [each.bound(int(count)) for count in n], "k--", lw=1, label="xᴺ/N!")

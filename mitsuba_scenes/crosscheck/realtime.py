@@ -13,12 +13,12 @@ from ..tool import sunbeam
 def render(
     output: Path, method: str, mesh: Path, skin: dict, light: Light, view: View, supersample: int = 1, **options
 ) -> dict:
-    """Draws the snake on the GPU, without pigment and ground, into the EXR `output`, in linear sRGB.
+    """Draws the snake on the GPU, without pigment (`--blend none`) and ground, into the EXR `output`, in linear sRGB.
 
     `mesh` is a PLY, `skin` has the plugin's parameters, `supersample` is the number of rays along each side of a pixel.
     Only the direction of `light` is used: the sun is directional, and there is no sky. `options` are further options of
-    `sunbeam render`. Returns the command's report, with `quadrature` (quadrature.py), the time of the frame `gpu_ms`,
-    the time `build_seconds` of the method's data, and the GPU's name `adapter`.
+    `sunbeam render`. Returns the command's report, with `quadrature` (its wavelengths and weights: quadrature.py), the
+    time of the frame `gpu_ms`, the time `build_seconds` of the method's data, and the GPU's name `adapter`.
     """
     words = ["render", "-o", output, "--method", method, "--mesh", mesh, "--blend", "none", "--ground", "false"]
     words += ["--size", f"{view.width}x{view.height}", "--supersample", supersample, "--fov", view.fov_deg]
@@ -38,7 +38,7 @@ def compare(a: Path, b: Path, **options) -> dict:
 
 
 def surface_words(skin: dict) -> list:
-    """Arguments of `sunbeam` for the plugin's parameters `skin`; `filename` is called `--height-field` there."""
+    """Arguments of `sunbeam` for the plugin's parameters `skin`. The command's name of `filename` is `height-field`."""
     return _named({"height-field" if name == "filename" else name: value for name, value in skin.items()})
 
 

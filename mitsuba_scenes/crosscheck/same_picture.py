@@ -40,6 +40,7 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
     `folder`.
     """
     gpu_exr = folder / f"picture-{case.name}-flss.exr"
+    # Both renderers use the model of the realtime method FLSS.
     skin = {**case.skin, **SAME_MODEL}
     report = realtime.render(gpu_exr, "flss", files.mesh, skin, light, view, case.supersample)
     quadrature = Quadrature.of_report(report)
@@ -51,6 +52,7 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
         seconds = time.perf_counter() - start
         exr = folder / f"picture-{case.name}-{name}.exr"
         mi.Bitmap(pixels.astype(np.float32)).write(str(exr))
+        # Raises for values that are not finite and for a black picture.
         picture.check(pixels, exr.name)
         found = realtime.compare(exr, gpu_exr, png=exr.with_suffix(".png"))
         return {**found, "holds": holds(found), "seconds": seconds}

@@ -289,7 +289,7 @@ def _threads() -> int:
 def _in_parallel(work: Callable[[int, int], None], count: int, wavelengths: int) -> None:
     """Calls ``work(first, items)`` for parts of a batch of ``count`` items, in several threads if it is large.
 
-    The C functions release Python's lock.
+    Threads run at once, since ctypes releases Python's lock during a call. A part may be empty.
     """
     threads = min(_threads(), max(1, count * wavelengths // _EVALUATIONS_PER_THREAD))
     if threads == 1:

@@ -1,13 +1,14 @@
 //! Power density `S(f; κ)` of a spectral table, resampled to a finer grid of frequencies f and phase rates κ.
 //!
-//! A look-up in the grid is faster than one in the table: a build for one aperiodic period of the blazed grating takes
-//! 0.8 s instead of 7 s on two cores. Only tables of wide nodes have a grid, since it stays small there. They belong to
-//! aperiodic height fields a few µm wide.
+//! Each node of the table has a record, its power as a function of κ. An interpolation kernel spreads the power over f.
+//! The grid's nodes hold the sums. A look-up in the grid is faster than one in the table: a build for one aperiodic
+//! period of the blazed grating takes 0.8 s instead of 7 s on two cores. Only tables of wide nodes have a grid, since
+//! it stays small there. They belong to aperiodic height fields a few µm wide.
 
 use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, LatticeAxis, NodeCurve, SpectralTable};
 use rayon::prelude::*;
 
-/// Spacing of the grid in standard deviations of a node of the table. Chosen with [`STEPS_PER_KNOT`] for errors below
+/// Spacing of the grid in standard deviations of the table's kernel. Chosen with [`STEPS_PER_KNOT`] for errors below
 /// 0.5 % of the largest density, which a test measures. A narrower spacing takes more memory and time.
 const SPACING_SIGMAS: f64 = 0.4;
 /// Distance in standard deviations up to which a node of the table adds to the grid, for any interpolation kernel.
@@ -87,8 +88,8 @@ impl PowerGrid {
         Self { nodes_per_f, reach, steps, steps_per_kappa, powers }
     }
 
-    /// `S(f; κ)` in µm² at a frequency in cycles/µm, clamped to the grid, and κ in rad/µm; never negative. Cubic
-    /// between frequencies, linear between steps of κ.
+    /// `S(f; κ)` in µm² at a frequency in cycles/µm and κ ≥ 0 in rad/µm, both clamped to the grid; never negative.
+    /// Cubic between frequencies, linear between steps of κ.
     #[inline]
     pub(super) fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
         // First of the four nodes read, and the position between the second and the third, in [0, 1]. The bounds keep
@@ -114,12 +115,13 @@ impl PowerGrid {
     }
 }
 
-/// Power density in µm² of one table node at every step of κ, from its record; `curves` are those of the steps.
+/// Power density in µm² of one table node at every step of κ, from its record. `curves` evaluate a record at the steps.
 ///
 /// Beyond the record's end the density keeps its last value, since interpolation up to the end also reads the first
 /// step beyond.
 fn resampled(table: &SpectralTable, steps_per_kappa: f64, curves: &[NodeCurve], record: &[f32]) -> Vec<f32> {
-    // A cubic spline of n coefficients extends over n − 3 knot intervals from κ = 0.
+    // A cubic spline of n coefficients extends over n − 3 knot intervals from κ = 0. The evaluation at the end itself
+    // would read a coefficient too many, hence the last factor.
     let end = (record.len() - HEADER - 3) as f64 * table.kappa_step() * (1.0 - f64::EPSILON);
     let last = NodeCurve::new(table, end).power(record);
     let power = |(i, curve): (usize, &NodeCurve)| {
@@ -140,9 +142,8 @@ fn reached(
     let (kernel, table_nodes_per_node) = (axis.kernel, axis.period_um / nodes_per_f);
     let spread = REACH_SIGMAS / SPACING_SIGMAS;
     // The range is empty where the table node lies below the grid.
-    let (low, high) = ((centre - spread).ceil().max(0.0) as usize, (centre + spread).floor().max(-1.0) as i64);
-    (low..count.min((high + 1) as usize))
-        .map(move |i| (i, kernel.weight((i as f64 - centre) * table_nodes_per_node) as f32))
+    let (low, end) = ((centre - spread).ceil().max(0.0) as usize, ((centre + spread).floor() + 1.0).max(0.0) as usize);
+    (low..count.min(end)).map(move |i| (i, kernel.weight((i as f64 - centre) * table_nodes_per_node) as f32))
 }
 
 /// Weights of the nodes at −1, 0, 1 and 2 in the Catmull–Rom cubic at `t` in [0, 1].

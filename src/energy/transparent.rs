@@ -30,7 +30,7 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Largest number of Gaussians that count as few. The albedo of few orders changes fastest, and is integrated over the
-/// width of each. Many Gaussians overlap, so that each counts at its centre. Chosen.
+/// width of each. Many Gaussians overlap, so that each counts at its centre. Chosen: a larger number takes longer.
 const FEW: usize = 100;
 /// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few Gaussians; many have
 /// [`SMALLEST_SIZE`]. Chosen: more planes leave smaller errors between nodes, and take longer and more memory.
@@ -38,16 +38,18 @@ const CELLS_AND_PLANES_OF_FEW: (u32, u32) = (NARROW_CELLS_MIN, 11);
 /// Margin of the divisor for errors of interpolation. Chosen: a larger margin darkens; a smaller one leaves
 /// albedos above one between nodes.
 const MARGIN: f64 = 0.005;
-/// Excess of the divisor over one from which it gets the whole margin. Smaller ones get a proportional part. Chosen.
+/// Excess of the divisor over one from which it gets the whole margin. Smaller ones get a proportional part, so that
+/// the divisor has no step where albedos reach one. Chosen.
 const MARGIN_FROM: f64 = 0.02;
 /// Standard deviation of a Gaussian, in units of the wave number in the medium, from which three quadrature nodes along
-/// an axis stand for its width. Chosen: smaller values take longer; larger ones ignore more of the width.
+/// an axis stand for its width. Frequencies of the magnified relief, times the wavelength in air, have this unit.
+/// Chosen: smaller values take longer; larger ones ignore more of the width.
 const SHARP_SIGMA: f64 = 0.004;
 /// Phase between the relief's lowest and highest point, in radians per unit of w, from which a relief counts as deep.
 /// The phase then changes by about 2 rad across a cell. If no relief counted as deep, an albedo of 1.046 would remain
 /// on a sinusoid 1.7 µm high.
 const DEEP_PHASE: f64 = 15.0;
-/// Offsets from a node of the table at which albedos of deep reliefs are integrated: along x and y in cells, and in
+/// Offsets from a node of the grid at which albedos of deep reliefs are integrated: along x and y in cells, and in
 /// planes. They are the node and four corners of a cube around it. Chosen: a larger cube also has maxima nearer to
 /// other nodes, and darkens more directions; a smaller one misses maxima between nodes.
 const DEEP_OFFSETS: [[f64; 3]; 5] =
@@ -79,7 +81,7 @@ impl AlbedoTable {
         }
         let integral = BodyIntegral::new(table, body);
         let parts = integral.parts();
-        let (cells, planes) = if integral.is_few() { CELLS_AND_PLANES_OF_FEW } else { SMALLEST_SIZE };
+        let (cells, planes) = if integral.has_few_gaussians() { CELLS_AND_PLANES_OF_FEW } else { SMALLEST_SIZE };
         // Phase of the relief in rad per unit of w, at the shortest wavelength.
         let phase_max = phase_per_cosine(table, 1e-3 * WAVELENGTH_MIN_NM);
         let (planes, sizes) = match sizes {
@@ -109,7 +111,8 @@ impl AlbedoTable {
         // The side of air comes first, then that of the medium.
         let mut words = Vec::new();
         for (is_below, slab) in [false, true].into_iter().flat_map(|side| (0..slabs).map(move |slab| (side, slab))) {
-            let value = |node: usize| {
+            // The entry (A − 1)·cos²θ of a node; 0 where no cell overlaps the hemisphere.
+            let entry = |node: usize| {
                 steps.one();
                 let (plane, node) = (node / grid.in_plane(), node % grid.in_plane());
                 let position = grid.position(node);
@@ -118,8 +121,8 @@ impl AlbedoTable {
                     return 0.0;
                 }
                 let albedo_at = |[dx, dy, d_plane]: &[f64; 3]| {
-                    let [x, y, cos] = grid.direction([position[0] + dx, position[1] + dy]).0;
-                    let wi = [x, y, if is_below { -cos } else { cos }];
+                    let [x, y, z] = grid.direction([position[0] + dx, position[1] + dy]).0;
+                    let wi = [x, y, if is_below { -z } else { z }];
                     let plane = (plane as f64 + d_plane).clamp(0.0, f64::from(planes - 1));
                     integral.albedo(&parts, wi, wavelengths_nm(plane, slab))
                 };
@@ -127,8 +130,8 @@ impl AlbedoTable {
                 let margin = MARGIN * (excess / MARGIN_FROM).min(1.0);
                 ((excess + margin) * cos * cos) as f32
             };
-            let values: Vec<f32> = (0..in_slab).into_par_iter().map(value).collect();
-            words.extend(packets(grid, planes, |node| values[node]));
+            let entries: Vec<f32> = (0..in_slab).into_par_iter().map(entry).collect();
+            words.extend(packets(grid, planes, |node| entries[node]));
         }
         let table = Self { layout, words };
         (!table.is_one()).then_some(table)
@@ -154,7 +157,7 @@ impl<'a> BodyIntegral<'a> {
     }
 
     /// Whether the Gaussians are at most [`FEW`].
-    fn is_few(&self) -> bool {
+    fn has_few_gaussians(&self) -> bool {
         self.gaussians.len() <= FEW
     }
 
@@ -166,7 +169,7 @@ impl<'a> BodyIntegral<'a> {
         for gaussian in &self.gaussians {
             // Offsets in standard deviations and weights, along x and y.
             let [x, y]: [&[(f64, f64)]; 2] = gaussian.sigma_f.map(|sigma| {
-                let is_sharp = !self.is_few() || sigma * TYPICAL_WAVELENGTH_UM < SHARP_SIGMA;
+                let is_sharp = !self.has_few_gaussians() || sigma * TYPICAL_WAVELENGTH_UM < SHARP_SIGMA;
                 if is_sharp { &single[..] } else { &HERMITE_3[..] }
             });
             for ((dx, weight_x), (dy, weight_y)) in x.iter().flat_map(|x| y.iter().map(move |y| (*x, *y))) {

@@ -29,7 +29,7 @@ use std::f64::consts::TAU;
 pub(super) struct TableResolution {
     /// Nodes of the table along either side of a cell.
     pub stored: usize,
-    /// Wavelengths; `None` where efficiencies do not depend on them at given t and b.
+    /// Spacing of wavelengths; `None` where efficiencies do not depend on them at given t and b.
     pub spacing: Option<Spacing>,
     /// Largest accepted RMS of an efficiency's two highest Chebyshev terms; a cell above it is solved at more nodes.
     pub tolerance: f64,
@@ -38,8 +38,9 @@ pub(super) struct TableResolution {
 /// Numbers of Chebyshev nodes along either side of a cell, tried in turn: 24 divided by powers of √2, so that each has
 /// about twice the points of the one before. Larger numbers take more time; smaller ones leave larger errors.
 pub(super) const NODE_COUNTS: [usize; 4] = [8, 12, 17, 24];
-/// Fraction of the tolerance below which the next cell begins with fewer nodes. Neighbouring cells need similar
-/// numbers: larger values lead to more repeated solutions, smaller ones to more nodes than needed.
+/// RMS of the highest terms, as a fraction of the tolerance, up to which the next cell begins with fewer nodes.
+/// Neighbouring cells need similar numbers: larger values lead to more repeated solutions, smaller ones to more nodes
+/// than needed.
 const FEWER_BELOW: f64 = 0.25;
 
 /// Seed of the random incidences at which tables are tested; arbitrary.
@@ -256,7 +257,7 @@ impl Cell {
     }
 
     /// Efficiency at node i of p, node k of q, and wavelength j; `entry` is `incident · channels + outgoing`. Beyond
-    /// the diagonal, i < k, it is that of the reversed path.
+    /// the diagonal, i < k, the efficiency is that of the reversed path.
     fn value(&self, i: usize, k: usize, j: usize, entry: usize) -> f64 {
         let matrix = &self.matrices[triangle_index(i, k)][j];
         matrix[if i < k { reversed(entry, self.index, self.sides) } else { entry }]

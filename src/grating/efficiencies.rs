@@ -25,7 +25,8 @@ pub(super) struct EfficiencyView<N: Numbers> {
     pub words: N::Words,
 }
 
-/// Bounds of the wave numbers `a + m` of propagating orders along x, in units of 2π/d.
+/// Bounds of the wave numbers `a + m` of propagating orders along x, in units of 2π/d: `t = (d/λ)·√(1 − ky²/k²)` in the
+/// air and `tm = (d/λ)·√(n² − ky²/k²)` in a medium of index n.
 pub(super) struct Bounds<N: Numbers> {
     /// Bound over which the wave's cells are defined: t in the air, tm where light is totally reflected.
     of_cells: N::Double,
@@ -62,7 +63,7 @@ impl<N: Numbers> EfficiencyView<N> {
     fn surrounding_nodes(&self, channels: &Channels<N>, nm: N::Real, active: N::Mask) -> ([Node<N>; 8], [N::Real; 3]) {
         let (real, index) = (N::Real::lit, N::Index::lit);
         let EfficiencyLayout { first_nm, step_nm, wavelengths, cells, nodes, .. } = self.layout;
-        // Lower node of the interval around x among `count` nodes, and the fraction of a step from this node.
+        // Lower node of the interval around x among `count` nodes (at least two), and the fraction of a step from it.
         let interval = |x: N::Real, count: u32| {
             let x = x.clip(real(0.0), real(f64::from(count - 1)));
             let low = x.floor().min(real(f64::from(count - 2)));
@@ -113,7 +114,8 @@ impl<N: Numbers> EfficiencyView<N> {
         Row { offsets: [0, 4].map(|first| std::array::from_fn(|bits| offset(first + bits))), fractions }
     }
 
-    /// Bounds of the waves with `groove_cosine = ky/k`, for all wave numbers along x. `periods` is d/λ.
+    /// Bounds of the waves with `groove_cosine = ky/k`, for all wave numbers along x. `periods` is d/λ. Since k is the
+    /// wave number in air, the magnitude of the cosine exceeds 1 where light in the medium is totally reflected.
     #[inline(always)]
     pub(super) fn bounds(&self, periods: N::Double, groove_cosine: N::Double) -> Bounds<N> {
         let Below::Interface(InterfaceCells { eta, .. }) = self.layout.below else {
@@ -144,7 +146,7 @@ impl<N: Numbers> EfficiencyView<N> {
             let sides_below = if self.layout.transmits() { 1.0 } else { 0.0 };
             return Channels::of_cell(&position, cell_among(position.cell, cells), sides_below);
         };
-        // Cells of the air come first, from cell −1 on.
+        // Cells of the air come first, from cell −1 on, in which no order propagates in the air.
         let in_air = cell_among(position.cell + double(1.0), air_cells);
         let in_medium = cell_among(position.cell, cells - air_cells) + N::Index::lit(air_cells);
         let cell = N::Index::select(is_trapped, in_medium, in_air);
@@ -152,10 +154,11 @@ impl<N: Numbers> EfficiencyView<N> {
         let first_extra = N::Index::lit(self.layout.wavelengths * cells);
         let [extra] = N::gather::<1>(self.words, first_extra + cell, active);
         let extra = N::widen(N::real(extra));
-        // Orders above the relief. There are as many below, and `extra` more at either end of their range.
+        // Orders within the bound that defines the cell. They propagate above, unless light is totally reflected, and
+        // below, with `extra` more at either end of their range.
         let orders = position.cell + double(1.0);
         let side_counts = [N::Double::select(is_trapped, double(0.0), orders), orders + extra * double(2.0)];
-        // The incident wave, m = 0, is number `incident` of the orders above.
+        // The incident wave, m = 0, is number `incident` of these orders.
         let first = -position.incident;
         Channels::new(&position, cell, side_counts, [first, first - extra], Some(BoundBelow { a, tm }))
     }

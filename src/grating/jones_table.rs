@@ -29,7 +29,7 @@ use sunbeam_fourier::num_complex::Complex64;
 use sunbeam_rigorous::{Profile, Scattering};
 
 /// Number of Chebyshev nodes along either side of a cell at which matrices are solved, and most nodes of the table.
-/// More take longer to solve; two thirds of it double the error of the test below.
+/// A larger number takes longer to solve; two thirds of this one double the error of the test below.
 const NODES_MAX: usize = 18;
 /// Size in bytes up to which a table has more than [`INTERFACE_NODES`] nodes along a side. Larger values allow more
 /// accurate tables of gratings with long periods; smaller ones save memory.
@@ -190,7 +190,8 @@ fn offsets_and_packets(packed: &[Vec<Vec<u32>>], further: &[u32]) -> Vec<u32> {
     words
 }
 
-/// Packet of a shape: one word for each element.
+/// Packet of a shape: one word for each element, the real part in its lower half and the imaginary part in the upper.
+/// Each is a 16-bit integer, [`ZERO`] for 0, in steps of [`UNIT`].
 fn packet(shape: &JonesShape) -> [u32; 4] {
     let units = |x: f64| (x / UNIT + ZERO).round().clamp(0.0, f64::from(u16::MAX)) as u32;
     shape.map(|element| units(element.re) | units(element.im) << 16)
@@ -252,6 +253,7 @@ impl Cell {
     /// side.
     fn packed(&self, j: usize, stored: usize) -> Vec<u32> {
         let entries = ((self.index + 1) * self.sides).pow(2);
+        // Weights `[stored node][Chebyshev node]`.
         let resampling = resampling_matrix(NODES_MAX, stored);
         // Adds a weighted shape to a sum.
         let add = |sum: &mut JonesShape, shape: JonesShape, weight: f64| {
@@ -315,11 +317,11 @@ mod tests {
         table.view::<Double>(&table.words).matrix(&channels, pair.map(|(channel, _)| channel), nm, -wi[1], true)
     }
 
-    /// Root mean square interpolation error of matrix elements, for a grating with an anomaly in every cell. Two thirds
-    /// of the nodes double it.
-    const RMS: f64 = 0.015;
-    /// Largest interpolation error of an element, for the same grating.
-    const LARGEST: f64 = 0.15;
+    /// Accepted root mean square interpolation error of matrix elements, for a grating with an anomaly in every cell.
+    /// Two thirds of the nodes double the error.
+    const RMS_MAX: f64 = 0.015;
+    /// Accepted interpolation error of an element, for the same grating.
+    const ERROR_MAX: f64 = 0.15;
 
     #[test]
     fn interpolated_matrices_match_the_solver() {
@@ -347,7 +349,7 @@ mod tests {
             }
             let rms = (squares / f64::from(count)).sqrt();
             assert!(
-                count > 16 * 10 && rms < RMS && largest < LARGEST,
+                count > 16 * 10 && rms < RMS_MAX && largest < ERROR_MAX,
                 "{medium:?}: {rms:.1e}, {largest:.1e} of {count}"
             );
         }

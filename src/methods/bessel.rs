@@ -21,8 +21,8 @@ pub const TERMS_MAX: usize = 256;
 /// side, because the recurrence of a single argument is one chain of dependent steps.
 ///
 /// Arguments below [`DIVISOR_MIN`] are raised to it. The recurrence starts at about `x + 6·∛x + 2`, with the cube root
-/// of the largest argument. There J is below 2e-8 for every x up to [`TERMS_MAX`], and above 1e-31, so nothing
-/// overflows. Orders above the start are written as zero.
+/// of the largest argument. At this order J is below 2e-8 for every x up to [`TERMS_MAX`], and above 1e-31 at the
+/// accepted ratios, so nothing overflows. Orders above the start are written as zero.
 pub(super) fn bessel_j<const LANES: usize>(x: [f32; LANES], values: &mut [[f32; LANES]]) {
     let x = x.map(|x| x.max(DIVISOR_MIN));
     let above_argument = 6.0 * x.into_iter().fold(0.0f32, f32::max).cbrt() + 2.0;

@@ -89,8 +89,8 @@ pub fn build_watched(
     })
 }
 
-/// Builds the colour table, of a film where the surface has a body, with a table of albedos where energy is conserved.
-/// `resolution` is that of [`MethodOptions`].
+/// Builds the colour table, with a table of albedos where energy is conserved. A body of the surface is a film, since
+/// [`MethodKind::accept`] refuses the others. `resolution` is that of [`MethodOptions`].
 fn build_table(
     field: &HeightField,
     surface: &Options,
@@ -101,10 +101,12 @@ fn build_table(
     let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
     let (table_progress, albedo_progress) =
         if conserve_energy { progress.halves() } else { (progress.part(0.0, 1.0), Progress::none()) };
-    // Reflectance 1: the interface's factor is applied outside the table.
+    // Reflectance 1 at every wavelength and cosine: the interface's factor is applied outside the table. Albedos are
+    // integrated from `spectral`, the spectral table behind the colours.
     let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &table_progress)?;
     if let Some(body) = surface.body {
-        // Methods show the relief's own size only, hence `None`.
+        // The range of sizes is `None`, since methods show the relief's own size only. The table of a film is `None`
+        // where no albedo exceeds 1.
         let albedo = conserve_energy.then(|| AlbedoTable::build_of_body(&spectral, body, None, &albedo_progress));
         return Ok(Box::new(FilmTable { body, table, albedo: albedo.flatten() }));
     }

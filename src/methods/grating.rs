@@ -43,10 +43,12 @@ pub(super) struct GratingUniform {
 
 impl Method for GratingColourSurface {
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
-        self.lobe::<f32>().eval(wi, wo, LinearSrgb, true)
+        // The only lane of a lobe of single numbers is active.
+        let is_active = true;
+        self.lobe::<f32>().eval(wi, wo, LinearSrgb, is_active)
     }
 
-    // The tables hold colours.
+    // The tables hold colours only.
     fn answer_spectral(&self, _wi: [f32; 3], _wo: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
         None
     }

@@ -6,10 +6,10 @@
 //!
 //! `S = Lx·Ly·P·Q · |c_j|² · D_P(d_x)² · D_Q(d_y)²`.
 //!
-//! (Lx, Ly) is the extent of the tile in µm. j is the order nearest to `p = (u·Lx, v·Ly)/λ`, the position of
-//! `q = (u, v, w)` among the orders. c_j is its amplitude, and `d = (d_x, d_y) = p − j` (symbols: orders.rs). The
-//! interference kernel is `D_P(d) = sin(πPd)/(P·sin(πd))`. For |d| ≤ ½, `∫D_P² dd = 1/P`, so `∫∫ S/λ² du dv` is
-//! `Σ|c_j|² = 1`.
+//! (Lx, Ly) is the extent of the tile and λ the wavelength, in µm. j is the order nearest to `p = (u·Lx, v·Ly)/λ`, the
+//! position of the scattering vector `q = wi + wo = (u, v, w)` among the orders. c_j is its amplitude, and
+//! `d = (d_x, d_y) = p − j` (symbols: orders.rs). The interference kernel is `D_P(d) = sin(πPd)/(P·sin(πd))`. For
+//! |d| ≤ ½, `∫D_P² dd = 1/P`, so `∫∫ S/λ² du dv` is `Σ|c_j|² = 1`.
 //!
 //! S jumps halfway between two orders and oscillates between them, which limits the accuracy of the method. Single 2014
 //! also takes the nearest order alone.

@@ -28,8 +28,8 @@ const ENTRY: &str = "
 @compute @workgroup_size(1) fn main() { answer = answer_rgb(vec3<f32>(0.1, 0.2, 0.7), vec3<f32>(0.0, 0.0, 1.0)); }
 ";
 
-/// A grating whose period of 0.3 µm leaves few orders, so that it is solved quickly, and once for all tests. `None`
-/// without the feature `rigorous`.
+/// A perfectly conducting grating whose period of 0.3 µm leaves few orders, so that it is solved quickly, and once for
+/// all tests. `None` without the feature `rigorous`.
 #[cfg(feature = "rigorous")]
 fn grating() -> Option<&'static dyn Method> {
     static GRATING: LazyLock<GratingColourSurface> = LazyLock::new(|| {
@@ -52,6 +52,7 @@ fn grating() -> Option<&'static dyn Method> {
 /// `rigorous`, a grating's, whose answers are reflectances.
 fn methods() -> Vec<(MethodKind, &'static dyn Method)> {
     let field = Preset::Sinusoidal.build(None, None).unwrap();
+    // The published methods accept only these options.
     let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
     let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
     // A film of index 1.5, with the default coherence length in µm.
@@ -68,7 +69,8 @@ fn methods() -> Vec<(MethodKind, &'static dyn Method)> {
 /// The method's WGSL, parsed and validated together with the common source and [`ENTRY`]. Panics with naga's message.
 fn module(method: &dyn Method) -> Module {
     let shader = method.shader();
-    let source = [&[COMMON_WGSL], shader.wgsl.as_slice(), &[ENTRY]].concat().concat();
+    let parts: Vec<&str> = [&[COMMON_WGSL], shader.wgsl.as_slice(), &[ENTRY]].concat();
+    let source = parts.concat();
     let module = naga::front::wgsl::parse_str(&source)
         .unwrap_or_else(|error| panic!("{}: {}", shader.name, error.emit_to_string(&source)));
     Validator::new(ValidationFlags::all(), Capabilities::empty())
@@ -111,6 +113,7 @@ fn every_shader_is_valid_and_binds_its_data() {
         bound.sort_unstable();
         let expected: Vec<_> = (0..=shader.storage.len()).map(|binding| (binding, binding == 0)).collect();
         assert_eq!(bound, expected, "{kind}");
+        // Storage buffers hold words of 32 bits, and WebGPU refuses empty ones.
         assert!(shader.storage.iter().all(|bytes| bytes.len() % 4 == 0 && !bytes.is_empty()), "{kind}");
     }
 }

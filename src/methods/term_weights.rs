@@ -44,7 +44,8 @@ impl OrderGrid {
             batch.extend(wavelengths_um.by_ref().take(LANES));
             let Some(&(last_um, _)) = batch.last() else { return };
             // Idle lanes repeat the last wavelength.
-            let x = |lane: usize| TAU * w / batch.get(lane).map_or(last_um, |entry| entry.0) * self.half_range_um;
+            let lane_um = |lane: usize| batch.get(lane).map_or(last_um, |&(um, _)| um);
+            let x = |lane: usize| TAU * w / lane_um(lane) * self.half_range_um;
             let pairs = if batch.len() <= FEW_LANES {
                 self.write_weights::<FEW_LANES>(std::array::from_fn(x), batch.len(), &mut batch_weights)
             } else {
@@ -143,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn batches_give_each_wavelength_its_own_coefficients() {
+    fn batches_give_each_wavelength_its_own_weights() {
         for series in [0, 1] {
             let grid = OrderGrid { terms: 16, half_range_um: 0.2, series, ..bytemuck::Zeroable::zeroed() };
             for count in [0, 1, 4, 5, 8, 9, 21] {

@@ -45,7 +45,7 @@ struct BodyWave {
 
 // A pair of directions at a film.
 struct TransparentPair {
-    // Ki + Ko over n, with the sign that makes the normal component positive.
+    // Ki + Ko over n, with the sign that makes the normal component positive, which is at least body_normal_min.
     q: vec3<f32>,
     // Factor on S/λ² of the magnified relief, in the scattering function of light from wi to wo, in 1/sr.
     factor: f32,
@@ -91,6 +91,7 @@ fn pair_at_body(wi: BodyWave, wo: BodyWave) -> TransparentPair {
     let sigma = select(-1.0, 1.0, is_reflected);
     // Normal component of Ki + Ko over n: wave vectors below point downwards.
     let w = select(wi.normal, -wi.normal, wi.is_below) + select(wo.normal, -wo.normal, wo.is_below);
+    // In transmission w can vanish. F and S both use the bound, so that their product stays smooth.
     let normal = max(abs(w), table.body_normal_min);
     let tangential = (wi.cosines + wo.cosines) / n * select(1.0, -1.0, w < 0.0);
     // k·k0·cosφ = −(Ki·Ko)_xy.

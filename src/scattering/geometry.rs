@@ -56,7 +56,7 @@ pub enum Obliquity {
 }
 
 /// Smallest cosine with the normal; smaller ones are raised to it. Chosen: products of reciprocal cosines stay finite
-/// in single precision, and its angle from the horizon, 0.000 006°, is invisible.
+/// in single precision, and the direction with this cosine is an invisible 0.000 006° above the horizon.
 pub(crate) const COSINE_MIN: f64 = 1e-7;
 
 /// A pair of directions above the surface: scattering vector `(u, v, w)` and cosines.
@@ -113,7 +113,7 @@ impl Pair {
         }
     }
 
-    /// Phase rate κ in rad/µm.
+    /// Phase rate κ, the phase in rad per µm of height.
     pub fn kappa(&self, wavelength_um: f64) -> f64 {
         std::f64::consts::TAU * self.w / wavelength_um
     }

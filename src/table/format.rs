@@ -94,8 +94,9 @@ impl Format {
         (words.collect(), (low.to_bits() >> 16) | (step.to_bits() & 0xffff_0000))
     }
 
-    /// Record ([`super::SpectralTable`]) from a node's entry and the words of its coefficients, up to rounding. In the
-    /// format [`Self::Fixed`], whose entries leave it out, `power_at_zero` is the node's `P(0)`.
+    /// Record ([`super::SpectralTable`]) from a node's entry and the words of its coefficients, up to rounding. Words
+    /// that pad the last packet become coefficients, too. In the format [`Self::Fixed`], whose entries leave it out,
+    /// `power_at_zero` is the node's `P(0)`.
     pub(super) fn unpack(self, entry: &[u32], words: &[u32], power_at_zero: f64) -> Vec<f32> {
         let header = match self {
             Self::Fixed => [power_at_zero as f32, 0.0],

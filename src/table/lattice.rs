@@ -131,8 +131,8 @@ impl Lattice {
 const PATCH_SUPPORT: f64 = 0.8;
 
 /// Factor on the interpolation's tolerance for the ensemble of an aperiodic scan. Its spectrum has gaps between its
-/// lobes, which errors of the lobes would fill. Amplitudes of a patch need no factor: their ratio of lobe to gap is a
-/// square root. The factor adds one tap per axis; a smaller one would add more.
+/// lobes, which errors of the lobes would fill. Amplitudes of a patch need no factor: their ratio of lobe to gap is the
+/// square root of that of powers. The factor adds one tap per axis; a smaller one would add more.
 const GAP_FACTOR: f64 = 0.125;
 
 /// Tolerance of the interpolation between nodes, for a table of the relative error `tolerance`.
@@ -238,7 +238,7 @@ impl AxisDemand {
         // √(2Λ)/π nodes, and tolerances are at least 1e-6.
         let taps = taps.clamp(1, TAPS_MAX);
         // Largest node that look-ups up to the largest frequency read. A native tile has no orders beyond half its
-        // pixels. A resampled axis has copies of nodes beyond them, half the taps wide.
+        // pixels. A resampled axis has copies of nodes beyond half its pixels, on a margin of half the taps.
         let reach_wanted = (FREQUENCY_MAX_PER_UM * period_um + 0.5 * taps as f64).ceil() as usize;
         let (reach, cutoff) = if is_native {
             (reach_wanted.min(pixels / 2), f64::INFINITY)
@@ -272,6 +272,7 @@ impl AxisDemand {
     fn resampled(&self, log_error: f64, resampled_um: f64) -> AxisPlan {
         let (kernel, taps) = semicircle(log_error);
         let pixel_um = self.lags.map_or(self.pixel_um, |lags| {
+            // End of the band-limited spectrum in cycles/µm.
             let edge_per_um = FREQUENCY_MAX_PER_UM + BAND_MARGIN * taps as f64 / resampled_um;
             self.pixel_um * lags as f64 / Band::planned_pixels(lags, self.pixel_um, edge_per_um) as f64
         });

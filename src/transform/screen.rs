@@ -52,7 +52,7 @@ impl OrderTransform {
         self.half_range_um
     }
 
-    /// Phase screen `exp(iκh)` at `kappa` in rad/µm, `[iy][ix]`.
+    /// Phase screen `exp(iκh)` of the centred heights at `kappa` in rad/µm, `[iy][ix]`.
     pub fn screen(&self, kappa: f64) -> Vec<Complex64> {
         let mut screen = vec![Complex64::ZERO; self.centred_um.len()];
         screen.par_chunks_mut(CHUNK).zip(self.centred_um.par_chunks(CHUNK)).for_each(|(screen, heights)| {
@@ -66,7 +66,8 @@ impl OrderTransform {
         screen
     }
 
-    /// All `c_j(κ)` at `kappa` in rad/µm, `[jy][jx]` in FFT order. `Σ|c_j|² = 1`.
+    /// All `c_j(κ)` of the centred heights at `kappa` in rad/µm, `[jy][jx]` in FFT order: from order 0 upwards, then
+    /// the negative orders. `Σ|c_j|² = 1`.
     pub fn amplitudes(&self, kappa: f64) -> Vec<Complex64> {
         let mut bins = self.screen(kappa);
         self.fft.process(&mut bins, &mut Vec::new());

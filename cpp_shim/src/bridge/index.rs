@@ -12,7 +12,7 @@ use super::ffi;
 use sunbeam::scattering::{ComplexIndex, SpectralIndex, SpectralIndexError};
 use sunbeam::table::WAVELENGTH_MIN_NM;
 
-/// The complex index, or `None` where both lists are empty.
+/// The complex index, or `None` where both lists of eta or of k are empty.
 ///
 /// An index that depends on the wavelength has samples at all wavelengths of eta and of k. A part without a sample at
 /// one of them is interpolated linearly.
@@ -20,8 +20,8 @@ use sunbeam::table::WAVELENGTH_MIN_NM;
 /// # Errors
 /// The errors of [`SpectralIndex::sampled`].
 pub(super) fn spectral_index(samples: &ffi::IndexSamples) -> Result<Option<SpectralIndex>, SpectralIndexError> {
-    // Pairs of wavelength and value. A constant becomes one sample, at an arbitrary wavelength, because `linear` is
-    // constant beyond the ends.
+    // Pairs of wavelength and value; none without values. A constant becomes one sample, at an arbitrary wavelength,
+    // because `linear` is constant beyond the ends.
     let samples_of = |nm: &[f64], values: &[f64]| -> Vec<(f64, f64)> {
         let wavelengths = if nm.is_empty() { &[WAVELENGTH_MIN_NM] } else { nm };
         wavelengths.iter().copied().zip(values.iter().copied()).collect()

@@ -149,7 +149,7 @@ impl SurfaceHandle {
     }
 
     /// Samples item `i` of a batch: its direction and density, and in `weights` its weight at each wavelength. `None`
-    /// if `wi` or the sampled direction lies below the horizon. A bad item is an error.
+    /// if `wi` or the sampled direction lies beyond the horizon, or the density is 0. A bad item is an error.
     fn sample_item(
         &self,
         wi: &Input,

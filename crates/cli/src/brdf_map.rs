@@ -207,7 +207,8 @@ fn on_cpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
     let colour = |wo| reflector.eval_rgb(wi, wo, &spectrum).map(|value| value as f32);
     let rgb = reflector.map_indices(args.pixel_count(), |i| args.wo(i).map_or([0.0; 3], colour));
     let seconds = start.elapsed().as_secs_f64();
-    // The other methods, nmm and stam, choose the wavelengths of each pair of directions.
+    // Direct sum, table, flss and pq sum over fixed steps. The other methods, nmm and stam, choose the wavelengths of
+    // each pair of directions.
     let has_fixed_steps = match method {
         Method::Exact | Method::Table => true,
         Method::Colour(kind) => kind.options().contains(&"lambda_step_nm"),

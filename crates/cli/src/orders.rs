@@ -1,4 +1,5 @@
-//! `sunbeam orders`: directions and efficiencies of a grating's orders, for one incidence or along a curve.
+//! `sunbeam orders`: directions and efficiencies of a grating's orders, for one incidence, or along a curve on which
+//! one quantity varies.
 
 mod both_sides;
 mod plot;
@@ -25,7 +26,7 @@ use sunbeam::scattering::Transmission;
 const WAVELENGTH_NM: RangeInclusive<f64> = 1.0..=1e6;
 /// Wavelength in nm where none is given.
 const WAVELENGTH_DEFAULT_NM: f64 = 550.0;
-/// Largest number of points of a curve. Each may take a minute.
+/// Largest number of points of a curve, chosen since each may take a minute.
 const POINTS_MAX: usize = 2000;
 
 /// Compute the orders of a grating: directions, efficiencies and absorption
@@ -233,7 +234,7 @@ fn print_table(solved: &SolvedOrders, transmission: Transmission) -> Outcome {
     let percent =
         |fraction: Option<f64>| fraction.map_or("–".to_owned(), |fraction| format!("{:.3}", 100.0 * fraction));
     // Titles of the column of the side and of the line of the remaining light; an empty title omits its column or line.
-    // At an interface no light remains.
+    // At an interface no light remains. The remaining light is the field `absorbed`, whose name is that in the JSON.
     let (side_title, rest_title) = match transmission {
         Transmission::None => ("", "absorbed or transmitted"),
         Transmission::Film => ("side", "left inside the film"),

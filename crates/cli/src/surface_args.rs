@@ -177,12 +177,14 @@ impl SurfaceArgs {
                 let reason = "whose tables have other axes";
                 return Err(format!("--table-resolution has no effect with --theory rigorous, {reason}").into());
             }
+            // The orders of Maxwell's equations conserve energy by themselves: the library refuses `false`.
             return Ok(self.config()?);
         }
-        let is_gems = kind == MethodKind::Stam && options.stam_form == StamForm::Gems;
-        let factors = [("--obliquity", self.obliquity.is_some()), ("--shadowing", self.shadowing == Some(true))];
-        if let Some((flag, _)) = factors.iter().find(|(_, is_given)| is_gems && *is_given) {
-            return Err(no_effect_with_gems(flag).into());
+        if kind == MethodKind::Stam && options.stam_form == StamForm::Gems {
+            let factors = [("--obliquity", self.obliquity.is_some()), ("--shadowing", self.shadowing == Some(true))];
+            if let Some((flag, _)) = factors.iter().find(|(_, is_given)| *is_given) {
+                return Err(no_effect_with_gems(flag).into());
+            }
         }
         // Methods that compute colours conserve energy only on request, although the ensemble model does by default.
         let mut args = Self { conserve_energy: Some(self.conserve_energy == Some(true)), ..self.clone() };

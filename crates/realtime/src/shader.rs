@@ -5,7 +5,7 @@
 //! this list. [`Shader`] adapts two numbers from submission to submission:
 //!
 //! - the number of queries in the range, so that a submission takes about [`SUBMISSION_MS`];
-//! - the number of parts of an answer, which doubles when the adapter ends long loops early. A part has the terms of
+//! - the number n of parts of an answer, which doubles when the adapter ends long loops early. A part has the terms of
 //!   every n-th iteration of the method's loop (src/methods/common.wgsl). Each part is a submission of its own, and the
 //!   parts are summed on the GPU.
 //!

@@ -10,7 +10,9 @@
 //! | t = κd/2π, tm = κm·d/2π | bounds of \|b + m\| for orders m that propagate in the air and in the medium |
 //! | b | Bloch phase in turns |
 //! | αm, βm | wave numbers of order m along x and z; β in the medium is √(κm² − αm²), with κm for κ |
-//! | W | response of the medium: the matrix from a field on the curve to its derivative along the normal |
+//! | u, ∂νu | field Ey or Hy on the curve, and its derivative along the normal, which points into the air |
+//! | S, K | single and double layer potential in the air |
+//! | W | response of the medium: the matrix from u to ∂νu |
 //!
 //! A *flux* is the derivative of a field along the normal, times the speed |dr/dτ| of the curve (`air.rs`). The
 //! *continuation* is that of amplitudes in ky², as analytic functions, to ky² < 0 ([`Air::solve`]).
@@ -85,7 +87,7 @@ pub struct Scattering {
     eta: f64,
     /// Wave number k in vacuum, in rad/µm.
     wave_number: f64,
-    /// ky/k; imaginary in the continuation.
+    /// ky/k; imaginary in the continuation, and above 1 where no order propagates in the air.
     groove_cosine: Complex64,
     /// Propagating orders in the air.
     above: Waves,
@@ -191,8 +193,9 @@ impl Air<'_> {
         // Flux ∂νu₀ − W u₀ that light from below adds to the response, where u₀ is the incident field (`lib.rs`).
         let added = &below.incident_flux - &product(&below.response, &below.incident);
         let from_below = product(self.single(), &added);
-        // The field in the air satisfies (½ − K)u + S·flux = incident, and its flux contains weight · added. This known
-        // part moves to the right-hand side. Columns are the waves from above, then those from below.
+        // The field in the air satisfies (½ − K)u + S·flux = incident, and its flux contains weight · added, with the
+        // weight of the state (`Continuity`). This known part moves to the right-hand side. Columns are the waves from
+        // above, then those from below.
         let right = continuity.weights.map(|weight| join_columns(self.incident(), &(&from_below * -weight)));
         let fields = self.fields(&continuity, &below.response, right.each_ref())?;
         let fluxes_below = self.fluxes_below(&below.response, &fields, &added);

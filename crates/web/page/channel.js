@@ -20,17 +20,19 @@ export class Channel {
   #waiting = new Map();
   /** Number of the last question. */
   #last = 0;
+  /** Fields of the error with which the worker was ended; null while it runs. */
+  #ended = null;
 
   /** Starts the worker at `url` with the compiled library `module`. `onEvent` gets messages that answer no question. */
   constructor(url, module, onEvent = () => {}) {
     this.#worker = new Worker(url, { type: "module" });
     this.#worker.onmessage = ({ data }) => {
-      const waiting = this.#waiting.get(data.id);
-      if (!waiting) return onEvent(data);
-      if (data.type === "progress") return waiting.progress?.(data.fraction);
+      const question = this.#waiting.get(data.id);
+      if (!question) return onEvent(data);
+      if (data.type === "progress") return question.progress?.(data.fraction);
       this.#waiting.delete(data.id);
-      if (data.type === "error") waiting.reject(new WorkerError(data));
-      else waiting.resolve(data.value);
+      if (data.type === "error") question.reject(new WorkerError(data));
+      else question.resolve(data.value);
     };
     this.#worker.onerror = (event) => {
       event.preventDefault();
@@ -50,6 +52,8 @@ export class Channel {
    * transferred instead of copied. `progress` is called with the finished fraction, from 0 to 1.
    */
   ask(type, fields = {}, { transfer = [], progress } = {}) {
+    // An ended worker would never answer.
+    if (this.#ended) return Promise.reject(new WorkerError(this.#ended));
     const id = ++this.#last;
     return new Promise((resolve, reject) => {
       this.#waiting.set(id, { resolve, reject, progress });
@@ -62,13 +66,14 @@ export class Channel {
     this.#worker.postMessage({ ...fields, type });
   }
 
-  /** Ends the worker; its unanswered questions fail with the kind "cancelled". */
+  /** Ends the worker; its unanswered and all later questions fail with the kind "cancelled". */
   end() {
     this.#terminate({ message: "cancelled", kind: "cancelled" });
   }
 
-  /** Ends the worker; its unanswered questions fail with this error. */
+  /** Ends the worker; its unanswered and all later questions fail with this error. */
   #terminate(error) {
+    this.#ended = error;
     this.#worker.terminate();
     const waiting = [...this.#waiting.values()];
     this.#waiting.clear();

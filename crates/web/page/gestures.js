@@ -49,8 +49,8 @@ export function listenToGestures(canvas, actions) {
       // The picture follows the middle of both fingers. It moves by half the way of one finger.
       actions.pan(right / 2, down / 2);
     } else if (pressed.size === 1) {
-      // The left button turns the view, the middle one moves it, and the right one turns the sun, as in the native
-      // window.
+      // The left button turns the view, the middle one or shift moves it, and the right one or ctrl turns the sun, as
+      // in the native window.
       if (before.button === 1 || (before.button === 0 && event.shiftKey)) actions.pan(right, down);
       else if (before.button === 2 || event.ctrlKey || actions.dragsSun()) actions.sun(right, down);
       else actions.turn(right, down);

@@ -61,7 +61,7 @@ export class MapView {
    */
   constructor(canvas, marks, read) {
     this.#canvas = canvas;
-    for (const theta of [30, 60]) marks.append(svg("circle", { class: "grid", r: Math.sin(theta * DEGREE) }));
+    for (const theta_deg of [30, 60]) marks.append(svg("circle", { class: "grid", r: Math.sin(theta_deg * DEGREE) }));
     marks.append(svg("path", { class: "grid", d: "M-1 0H1M0-1V1" }), this.#mirror, this.#half, this.#viewer);
     this.mark(null, null);
     // The point of the disc that was read last.

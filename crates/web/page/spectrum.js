@@ -2,7 +2,7 @@
 
 import { svg } from "./svg.js";
 
-/** Edges of the plot area in the units of the SVG element's viewBox (index.html), with room for the labels. */
+/** Edges of the plot area in units of the SVG element's viewBox (index.html), y downwards, with room for the labels. */
 const [LEFT, RIGHT, TOP, BOTTOM] = [44, 294, 8, 128];
 /** First and last wavelength, those of crates/web/src/spectra.rs. */
 const [FIRST_NM, LAST_NM] = [380, 780];
@@ -59,7 +59,7 @@ export class Spectrum {
     this.#element.setAttribute("aria-label", text ? `Spectrum: ${text}` : "Spectrum");
   }
 
-  /** Shows reflectances in 1/sr at equal steps from FIRST_NM to LAST_NM. */
+  /** Shows at least two reflectances in 1/sr, at equal steps from FIRST_NM to LAST_NM. */
   show(values) {
     // The ordinate ends at the largest value, rounded up. Negative values are drawn as 0.
     const most = Math.max(...values);
@@ -72,8 +72,8 @@ export class Spectrum {
     this.#curve.setAttribute("d", `M${points}`);
     this.#top.textContent = Number(scale.toPrecision(1));
     this.#note.textContent = "";
-    const peak = FIRST_NM + (values.indexOf(most) / (values.length - 1)) * (LAST_NM - FIRST_NM);
-    const summary = most > 0 ? `strongest at ${Math.round(peak)} nm, ${most.toPrecision(3)} per steradian` : "dark";
+    const peakNm = FIRST_NM + (values.indexOf(most) / (values.length - 1)) * (LAST_NM - FIRST_NM);
+    const summary = most > 0 ? `strongest at ${Math.round(peakNm)} nm, ${most.toPrecision(3)} per steradian` : "dark";
     this.#element.setAttribute("aria-label", `Spectrum: ${summary}`);
   }
 }

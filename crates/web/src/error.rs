@@ -77,6 +77,7 @@ impl From<HeightFieldError> for WebError {
             | HeightFieldError::SkinParameter { .. }
             | HeightFieldError::NotWithin { .. }
             | HeightFieldError::OutOfRange { .. } => Self::Settings(line),
+            // The other errors are about a file or its heights.
             _ => Self::File(line),
         }
     }

@@ -10,6 +10,7 @@ use sunbeam_fourier::num_complex::Complex64;
 
 type Double = Plain<'static, f64>;
 
+/// Refractive indices of the bodies.
 const ETAS: [f64; 4] = [1.2, 1.33, 1.5, 2.4];
 /// Coherence length of all bodies in µm. Only [`TransparentBody::normal_min`] depends on it.
 const COHERENCE_LENGTH_UM: f64 = 65.0;
@@ -46,6 +47,7 @@ fn reflection_on_either_side_has_the_small_slope_factor() {
     for eta in ETAS {
         for _ in 0..500 {
             let (wi, wo) = (above(&mut random), above(&mut random));
+            // Below the relief, the other medium has the relative index 1/η.
             for (found, index) in
                 [(pair(interface(eta), wi, wo), eta), (pair(interface(eta), mirrored(wi), mirrored(wo)), 1.0 / eta)]
             {
@@ -94,8 +96,9 @@ fn a_flat_film_transmits_what_neither_side_reflects() {
 
 /// Transmitted powers are those of a shallow relief to first order in its height h, at any azimuth.
 ///
-/// With the wave number k and an amplitude A of [`first_order`], the power in a state is `(kh)²·|A|²·cn/c1`. The factor
-/// is this power over that of the phase screen's order, `(wkh)²`.
+/// With the wave number k and an amplitude A of [`first_order`], the power in a state is `(kh)²·|A|²·cn/c1`. c1 and cn
+/// are the normal components of the wave vectors over k, in the air and in the medium, and w is their difference. The
+/// factor is this power over that of the phase screen's order, `(wkh)²`.
 #[test]
 fn transmitted_powers_are_the_first_order_of_a_shallow_relief() {
     // Rounding of the solved system.

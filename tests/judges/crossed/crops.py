@@ -11,7 +11,8 @@ from mitsuba_scenes.crosscheck.cases import SCANS
 
 from .relief import Relief, harmonics
 
-# Number of pixels over which opposite edges are blended. More make the seam smoother and change more of the relief.
+# Number of pixels over which opposite edges are blended. A larger number makes the seam smoother, but changes more of
+# the relief.
 FADE = 6
 
 
@@ -51,7 +52,7 @@ def cropped(heights: np.ndarray, pixel_um: float, crop: Crop, smoothing: float) 
     part = levelled(part)
     for axis in (0, 1):
         part = faded(part, axis)
-    # Frequencies in cycles per pixel, and the Gaussian's transfer function.
+    # Frequencies in cycles per pixel, in FFT order, and the Gaussian's transfer function.
     fy, fx = (harmonics(count) / count for count in part.shape)
     response = np.exp(-2 * (np.pi * smoothing) ** 2 * (fy[:, None] ** 2 + fx[None, :] ** 2))
     smooth = np.fft.ifft2(np.fft.fft2(part) * response).real
@@ -61,9 +62,8 @@ def cropped(heights: np.ndarray, pixel_um: float, crop: Crop, smoothing: float) 
 def faded(part: np.ndarray, axis: int) -> np.ndarray:
     """Cuts off the first FADE pixels along an axis and blends them into the last ones, so that the part repeats."""
     part = np.moveaxis(part, axis, 0)
-    # Weights of the first pixels, from 0 to 1.
-    share = 0.5 - 0.5 * np.cos(np.pi * (np.arange(FADE) + 0.5) / FADE)
-    share = share.reshape(-1, *[1] * (part.ndim - 1))
+    # Weights of the first pixels, from 0 to 1, (FADE, 1).
+    share = 0.5 - 0.5 * np.cos(np.pi * (np.arange(FADE)[:, None] + 0.5) / FADE)
     result = part[FADE:].copy()
     result[-FADE:] = part[-FADE:] * (1 - share) + part[:FADE] * share
     return np.moveaxis(result, 0, axis)

@@ -6,8 +6,8 @@ either side of it is a *panel*; each has its own a. (Chandezon, Raoult and Mayst
 space.) Zx, Zy and Zs are the derivatives of Z, and c = (1 + Zx² + Zy²)/Zs.
 
 In the coordinates (x, y, s) Maxwell's equations keep their form, and ε and μ become tensors. ex … hs are covariant
-components of E and H; D^x … B^s are contravariant components of D and B, times Zs. k is the wave number in vacuum, and
-(kx, ky) that of a harmonic of the fields along x and y:
+components of E and H; D^x … B^s are contravariant components of D and B, times Zs. Fields vary as e^(−iωt). k is the
+wave number in vacuum, and (kx, ky) that of a harmonic of the fields along x and y:
 
     ∂s ex = i kx es + i k B^y      ∂s hx = i kx hs − i k D^y
     ∂s ey = i ky es − i k B^x      ∂s hy = i ky hs + i k D^x
@@ -35,7 +35,7 @@ from .relief import Relief, harmonics
 REACH = 2.0
 # Lower bound on that height or depth, so that the panels of a flat relief have a height.
 REACH_MIN_UM = 2e-3
-# Number of mean systems that are inverted at once. More are faster and need more memory.
+# Number of mean systems that are inverted at once. A larger number is faster and needs more memory.
 CHUNK = 128
 
 
@@ -125,7 +125,8 @@ class Problem:
 
     Harmonics are numbered (jy, jx) in the order of the FFT, also flattened to one axis. The components of a field are
     ex, ey, hx, hy. Wave numbers are in rad/µm: `k` in vacuum, `k_above` in the medium of the light, `beta_above` and
-    `beta_below` along z of a harmonic in both media. The arguments are those of `solve`; `index_above` is its `above`.
+    `beta_below` along z of a harmonic in both media, which must not be 0. The arguments are those of `solve`;
+    `index_above` is its `above`.
     """
 
     def __init__(self, relief, wavelength_nm, theta_deg, phi_deg, index, resolution, index_above):

@@ -1,7 +1,8 @@
 """The gradient of the quasi-periodic Green's function of the Helmholtz equation in the plane.
 
 With the period d and the wave number k the function is G(x, z) = Σ_n i/(2d β_n) exp(iα_n x + iβ_n |z|), where
-α_n = α_0 + 2πn/d and β_n = √(k² − α_n²), positive or positive imaginary. Lengths are in µm, wave numbers in rad/µm.
+α_n = α_0 + 2πn/d and β_n = √(k² − α_n²), positive or positive imaginary, not 0. Lengths are in µm, wave numbers in
+rad/µm.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ def dilogarithm(mu: np.ndarray) -> np.ndarray:
 class Lattice:
     """The orders n = −count … count of a wave over a grating, with the symbols of the module."""
 
+    # d in µm, k and α_0 in rad/µm.
     period: float
     k: float
     alpha0: float
@@ -71,16 +73,18 @@ class Lattice:
         # Moves x into the period around 0; the factor `shift` below moves the result back.
         periods = np.round(x / d)
         x = x - d * periods
-        sign, y = np.sign(z), np.abs(z)
+        sign, abs_z = np.sign(z), np.abs(z)
+        # With n ≥ 0 and the sign `side` of the order, exp(iα_n x) is carrier · step^(side n), and exp(−γ_n |z|) tends
+        # to tilt[side] · decay^n.
         step = np.exp(2j * np.pi / d * x)
         carrier = np.exp(1j * alpha0 * x)
-        decay = np.exp(-2 * np.pi / d * y)
-        tilt = {side: np.exp(-side * alpha0 * y) for side in (1, -1)}
+        decay = np.exp(-2 * np.pi / d * abs_z)
+        tilt = {side: np.exp(-side * alpha0 * abs_z) for side in (1, -1)}
         # Sums of terms for ∂G/∂x and ∂G/∂z without common factors. Evanescent terms at (−x, −z) are the conjugates of
         # those at (x, z). Waves that propagate are summed at (x, z) in `there`, and at (−x, −z) in `back`.
-        conjugate = np.array(self._asymptotes(x, y, carrier, tilt))
+        conjugate = np.array(self._asymptotes(x, abs_z, carrier, tilt))
         there, back = np.zeros_like(conjugate), np.zeros_like(conjugate)
-        # exp(2πinx/d) and exp(−2πny/d).
+        # step^n and decay^n.
         turn, fall = np.ones_like(step), np.ones_like(decay)
         for n in range(self.count + 1):
             for side in (1, -1) if n else (1,):
@@ -88,15 +92,15 @@ class Lattice:
                 evanescent = abs(alpha) > k
                 # γ = −iβ.
                 gamma = np.sqrt(alpha**2 - k**2) if evanescent else -1j * np.sqrt(k**2 - alpha**2)
-                wave = np.exp(-gamma * y)
+                wave = np.exp(-gamma * abs_z)
                 in_x, in_z = alpha / gamma * wave, wave
                 if n:
-                    # Asymptotes for large q, from γ ≈ q + side·α_0 − k²/(2q).
+                    # Asymptotes for large q, from γ ≈ q + side·α_0 − k²/(2q). `shared` is in both components.
                     q = 2 * np.pi * n / d
                     leading = fall * tilt[side]
-                    first = leading * (1 + k**2 / (2 * q) * y)
-                    in_z = in_z - first
-                    in_x = in_x - side * (first + k**2 / (2 * q**2) * leading)
+                    shared = leading * (1 + k**2 / (2 * q) * abs_z)
+                    in_z = in_z - shared
+                    in_x = in_x - side * (shared + k**2 / (2 * q**2) * leading)
                 phase = carrier * (turn if side > 0 else np.conj(turn))
                 for i, part in enumerate((in_x, in_z)):
                     if evanescent:
@@ -111,17 +115,17 @@ class Lattice:
         return (towards_x * there[0], towards_z * there[1]), (towards_x * back[0], -towards_z * back[1])
 
     def _asymptotes(
-        self, x: np.ndarray, y: np.ndarray, carrier: np.ndarray, tilt: dict[int, np.ndarray]
+        self, x: np.ndarray, abs_z: np.ndarray, carrier: np.ndarray, tilt: dict[int, np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Sums over all n ≠ 0 of the asymptotes that `gradient` subtracts, for ∂G/∂x and for ∂G/∂z."""
         d, k = self.period, self.k
-        mu = 2 * np.pi / d * (y - 1j * x)
+        mu = 2 * np.pi / d * (abs_z - 1j * x)
         # From Σ w^n, Σ w^n/n and Σ w^n/n² with w = exp(−μ), over n from 1. Negative n have the conjugates.
-        first = -np.exp(-mu) / np.expm1(-mu) - k**2 * d / (4 * np.pi) * y * np.log(-np.expm1(-mu))
-        second = k**2 * d**2 / (8 * np.pi**2) * dilogarithm(mu)
+        shared = -np.exp(-mu) / np.expm1(-mu) - k**2 * d / (4 * np.pi) * abs_z * np.log(-np.expm1(-mu))
+        only_x = k**2 * d**2 / (8 * np.pi**2) * dilogarithm(mu)
         up, down = carrier * tilt[1], carrier * tilt[-1]
-        towards_x = up * (first + second) - down * np.conj(first + second)
-        return towards_x, up * first + down * np.conj(first)
+        towards_x = up * (shared + only_x) - down * np.conj(shared + only_x)
+        return towards_x, up * shared + down * np.conj(shared)
 
     def self_term(self) -> complex:
         """Limit of ∂G/∂x at the source without the source's own field, in 1/µm; the limit of ∂G/∂z is 0.

@@ -1,3 +1,5 @@
+//! Tests of the snake's mesh and pigment. Words such as scale, wall, foot and free edge are those of lattice.rs.
+
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -85,7 +87,8 @@ fn the_mesh_is_one_consistently_oriented_sheet() {
     // Each directed edge once: neighbours agree on the side that is outside.
     assert!(directed.values().all(|&count| count == 1));
     let rim: HashMap<u32, u32> = directed.keys().copied().filter(|&(a, b)| !directed.contains_key(&(b, a))).collect();
-    // Six edges along each of the 17 + 27 scales that the rim cuts through, and one down from each of 27 tips on it.
+    // The sheet is 27 half scales long and 17 wide, so its rim cuts through 17 + 27 scales. It has six edges (twice
+    // `half_cells`) along each of these, and one down from each of 27 tips on it.
     assert_eq!(rim.len(), 6 * (17 + 27) + 27);
     let (&start, _) = rim.iter().next().unwrap();
     let mut around = vec![start];
@@ -119,6 +122,7 @@ fn scales_begin_under_the_edges_of_the_scales_before() {
     let surface = super::mesh::Surface::new(&options);
     let lattice = &surface.scales.lattice;
     let mut highest: f64 = 0.0;
+    // The last scales have none behind them.
     for (i, j) in scales(lattice).filter(|&(i, _)| i < lattice.rows_along) {
         for side in [Side::Left, Side::Right] {
             let below = (i + 1, if side == Side::Left { j - 1 } else { j + 1 });
@@ -141,6 +145,7 @@ fn the_visible_scale_agrees_with_the_mesh() {
     let options = SnakeOptions { variation: 1.0, ..SnakeOptions::default() };
     let lattice = Lattice::new(&options);
     for scale in scales(&lattice) {
+        // Positions in the scale's patch, from 0 to 1.
         for (x, y) in [(0.02, 0.02), (0.02, 0.5), (0.5, 0.02), (0.5, 0.5), (0.98, 0.5), (0.5, 0.98), (0.98, 0.98)] {
             let point = super::patch::Patch::new(&lattice, scale).point(x, y);
             let size = DVec2::new(lattice.rows_along as f64, lattice.rows_around as f64);
@@ -266,6 +271,7 @@ fn resolution_scales_the_counts_and_keeps_the_shape() {
     };
     let ratio = area(&fine) / area(&default_mesh());
     assert!((ratio - 1.0).abs() < 0.05, "areas {ratio}");
+    // A factor that is no number changes nothing.
     let same = SnakeOptions::default().with_resolution(f64::NAN);
     assert_eq!(same, SnakeOptions::default());
 }

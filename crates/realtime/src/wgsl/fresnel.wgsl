@@ -33,8 +33,8 @@ fn fresnel_unpolarised(cos_theta: f32, eta: f32, k: f32) -> f32 {
     }
     let c = clamp(cos_theta, 0.0, 1.0);
     let index_squared = vec2<f32>((eta - k) * (eta + k), 2.0 * eta * k);
-    let transmitted = fresnel_sqrt(index_squared - vec2<f32>((1.0 - c) * (1.0 + c), 0.0));
-    let s = fresnel_ratio(vec2<f32>(c, 0.0), transmitted);
-    let p = fresnel_ratio(index_squared * c, transmitted);
-    return clamp(0.5 * (s + p), 0.0, 1.0);
+    let t = fresnel_sqrt(index_squared - vec2<f32>((1.0 - c) * (1.0 + c), 0.0));
+    let r_s = fresnel_ratio(vec2<f32>(c, 0.0), t);
+    let r_p = fresnel_ratio(index_squared * c, t);
+    return clamp(0.5 * (r_s + r_p), 0.0, 1.0);
 }

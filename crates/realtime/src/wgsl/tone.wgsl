@@ -1,8 +1,8 @@
 // Render pass for the screen: maps linear radiance to encoded sRGB. `tone_map` and `srgb_encode` are counterparts of
 // the functions in src/colour, with which a test in crates/window/src/tone.rs compares them.
 //
-// x is the largest channel of the exposed colour, k the knee and s the shoulder. The tone curve is x up to k, and
-// k + (1 - k)·(x - k)/(x - k + s) above, which approaches 1. All channels are scaled by the same factor.
+// x is the largest channel of the exposed colour (`peak`), k the knee and s the shoulder. The tone curve is x up to k,
+// and k + (1 - k)·(x - k)/(x - k + s) above, which approaches 1. All channels are scaled by the same factor.
 
 // Uniform of the pass, which tone.rs writes.
 struct Tone {
@@ -37,7 +37,8 @@ fn tone_map(linear: vec3<f32>) -> vec3<f32> {
     if !(excess > 0.0) {
         return exposed;
     }
-    return exposed * ((TONE_KNEE + (1.0 - TONE_KNEE) * excess / (excess + TONE_SHOULDER)) / peak);
+    let compressed = TONE_KNEE + (1.0 - TONE_KNEE) * excess / (excess + TONE_SHOULDER);
+    return exposed * (compressed / peak);
 }
 
 // sRGB encoding (IEC 61966-2-1) of a linear colour, clamped to [0, 1].
@@ -46,7 +47,7 @@ fn srgb_encode(linear: vec3<f32>) -> vec3<f32> {
     return select(1.055 * pow(value, vec3<f32>(1.0 / 2.4)) - 0.055, 12.92 * value, value <= vec3<f32>(0.0031308));
 }
 
-// Colour of the pixel on the screen.
+// Colour of the pixel on the screen at `position`, in pixels from the upper left corner.
 @fragment
 fn shown(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let pixel = vec2<u32>(position.xy);

@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 const DEPTH_MAX: f64 = 2.0;
 
 /// Most corners in one period, 64. A wall found among sampled heights counts as one corner but is an edge of its own.
-/// So there are at most twice as many edges as corners, and their fewest nodes are [`NODES_MAX`] in all.
+/// So there are at most twice as many edges as corners, and [`NODES_MAX`] nodes suffice for [`NODES_PER_EDGE`] on each.
 const CORNERS_MAX: usize = NODES_MAX / (2 * NODES_PER_EDGE);
 
 /// Length of the shortest accepted edge, in periods. Chosen: rounding determines the direction of much shorter ones.
@@ -46,7 +46,7 @@ pub struct Profile {
 /// Geometry of a [`Profile`].
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Shape {
-    /// Fourier coefficients c_m in µm, m from 0 on, of the height `Re Σ_m c_m e^{2πimx/period}`.
+    /// Harmonics: Fourier coefficients c_m in µm, m from 0 on, of the height `Re Σ_m c_m e^{2πimx/period}`.
     Smooth(Vec<Complex64>),
     /// Connected edges; the last ends one period after the first began.
     Edges(Vec<Edge>),
@@ -200,7 +200,7 @@ impl Profile {
         matches!(self.shape, Shape::Edges(_))
     }
 
-    /// Points along the curve, in order, dense enough to measure its length and height.
+    /// Points `[x, z]` in µm along the curve, in order, dense enough to measure its length and height.
     fn outline(&self) -> Vec<Point> {
         /// Equal steps along the period of a smooth profile, or along each edge. The relative error of the length falls
         /// as its inverse square.

@@ -26,8 +26,8 @@ from .want import Answer, Column, Options, Question, Want, WantError
 
 # Parameters that a given parameter removes from the scene's BSDF, which accepts only one of them.
 _REPLACED = {"preset": {"filename"}, "filename": {"preset"}, "material": {"eta", "k"}, "eta": {"material"}}
-# Largest number of paths in a pass: about 4 GB, since Mitsuba keeps about 1 kB a path. Smaller values take less memory
-# and more passes.
+# Largest number of paths in a pass, rounded up to whole samples per pixel: about 4 GB, since Mitsuba keeps about 1 kB a
+# path. Smaller values take less memory and more passes.
 _PATHS_PER_PASS = 1 << 22
 # Largest number of paths of a render. More would take days.
 _PATHS_MAX = 1 << 34
@@ -125,7 +125,8 @@ class Render(Want):
         folders_before = [str(folder) for folder in resolver]
         text = self._scene_with(question)
         given = dict(self.parameters)
-        # Mitsuba refuses values for names that the scene does not have, so only its own angles are given.
+        # Mitsuba refuses values for names that the scene does not have, so only the scene's own angles of LIGHT
+        # (theta_i_deg, phi_i_deg) are given.
         for name in LIGHT:
             if f"${name}" in text:
                 given[name] = repr(getattr(question, name))
@@ -136,6 +137,7 @@ class Render(Want):
             width, height = (int(side) for side in scene.sensors()[0].film().crop_size())
             mean: Any = 0.0
             for number, spp in enumerate(self._samples_of_passes(width, height)):
+                # On one thread the picture's sums over samples keep their order.
                 with one_thread():
                     picture = np.array(mi.render(scene, spp=spp, seed=self.seed + number)).astype(np.float64)
                 mean = mean + picture * (spp / self.spp)
@@ -151,7 +153,7 @@ class Render(Want):
     def _samples_of_passes(self, width: int, height: int) -> list[int]:
         """Samples per pixel of each pass of a picture of ``width`` × ``height`` pixels, ``spp`` in all.
 
-        A pass has at most _PATHS_PER_PASS paths, or one sample a pixel. Raises :class:`WantError` for too many paths.
+        Raises :class:`WantError` for too many paths.
         """
         paths = width * height * self.spp
         if paths > _PATHS_MAX:

@@ -26,7 +26,7 @@ pub(super) fn column_titles(text: &str) -> Option<Result<Columns, String>> {
     let mut common = None;
     // Number of titles found.
     let mut found = 0;
-    // Whether the previous word was "in".
+    // Whether the word "in" came after the last title.
     let mut after_in = false;
     for word in text.split(|c: char| c.is_whitespace() || ",;\"".contains(c)).filter(|word| !word.is_empty()) {
         // After z no further title is expected.

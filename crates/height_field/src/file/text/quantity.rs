@@ -1,4 +1,4 @@
-//! Values of a header: numbers with a unit.
+//! Values in the header of a text file: numbers with a unit.
 
 use super::super::units::micrometres;
 use super::numbers::number;
@@ -63,7 +63,7 @@ pub(super) fn quantity(text: &str) -> Option<Quantity> {
         }
         rest = after.trim();
         // The sign between the numbers along x and y, such as `×`.
-        let cross = ["x ", "X ", "× ", "* ", "by ", "x", "×", "*"].iter().find_map(|sign| rest.strip_prefix(sign));
+        let cross = ["x", "X ", "×", "*", "by "].iter().find_map(|sign| rest.strip_prefix(sign));
         match cross {
             Some(after) if numbers.len() == 1 => rest = after.trim_start(),
             // A blank alone separates the numbers.
@@ -113,7 +113,7 @@ fn leading_unit(text: &str) -> (&str, &str) {
     let end = text.find(|c: char| c.is_whitespace() || "×*;".contains(c)).unwrap_or(text.len());
     let word = &text[..end];
     let is_cross = word.starts_with(['x', 'X']) && word[1..].starts_with(|c: char| c.is_ascii_digit());
-    // The last two are Å in the encodings of `units.rs`.
+    // `~` is µ and the last two are Å in the encodings of `units.rs`.
     let is_unit = word.starts_with(|c: char| c.is_alphabetic() || "~°%\u{8f}\u{81}".contains(c));
     if !is_unit || ["x", "X", "by"].contains(&word) || is_cross {
         return ("", text);
