@@ -5,7 +5,10 @@
 #include <array>
 #include <cstdint>
 #include <string_view>
+#include <typeinfo>
 
+#include <mitsuba/core/object.h>
+#include <mitsuba/core/transform.h>
 #include <mitsuba/render/interaction.h>
 #include <mitsuba/render/texture.h>
 
@@ -13,13 +16,27 @@ namespace sunbeam {
 
 namespace dr = drjit;
 
+/// Reads the parameter `to_uv` of a bitmap: the transform from a surface's texture coordinates to the bitmap's.
+template <typename Transform> class UvTransform final : public mitsuba::TraversalCallback {
+public:
+    /// The transform; the identity if there is no such parameter.
+    Transform transform;
+
+protected:
+    void put_value(std::string_view name, void *value, uint32_t, const std::type_info &type) override {
+        if (name == "to_uv" && type == typeid(Transform))
+            transform = *static_cast<const Transform *>(value);
+    }
+    void put_object(std::string_view, mitsuba::Object *, uint32_t) override {}
+};
+
 /// Smallest and largest value of a texture.
 ///
-/// A bitmap has its extremes at the centres of its pixels, since interpolation does not exceed the pixels' values. They
-/// may be missed if the bitmap has a transform `to_uv`, which moves the places read. A uniform texture has one value.
-/// All others, such as attributes of meshes, have the range `fallback`.
+/// A bitmap has its extremes at the centres of its pixels, since interpolation does not exceed the pixels' values. A
+/// uniform texture has one value. All others, such as attributes of meshes, have the range `fallback`, and so has a
+/// bitmap whose transform `to_uv` has no inverse.
 template <typename Float, typename Spectrum>
-std::array<float, 2> texture_range(const mitsuba::Texture<Float, Spectrum> &texture, std::array<float, 2> fallback) {
+std::array<float, 2> texture_range(mitsuba::Texture<Float, Spectrum> &texture, std::array<float, 2> fallback) {
     const std::string_view class_name = texture.class_name();
     // Common beginning of the names of the classes by which Mitsuba implements the plugin `bitmap`.
     constexpr std::string_view BITMAP = "BitmapTexture";
@@ -32,11 +49,17 @@ std::array<float, 2> texture_range(const mitsuba::Texture<Float, Spectrum> &text
         width           = uint32_t(size.x());
         height          = uint32_t(size.y());
     }
+    UvTransform<mitsuba::AffineTransform<mitsuba::Point<dr::scalar_t<Float>, 3>>> to_uv;
+    texture.traverse(&to_uv);
+    if (dr::det(to_uv.transform.matrix) == 0.f)
+        return fallback;
+    const auto from_bitmap = to_uv.transform.inverse();
     // Value at the centre of a pixel, given by its number in row order: an integer, or a Dr.Jit array of them.
     auto value_at = [&](const auto &pixel) {
         auto si      = dr::zeros<mitsuba::SurfaceInteraction<Float, Spectrum>>();
         const auto y = pixel / width, x = pixel - y * width;
-        si.uv = mitsuba::Point<Float, 2>((Float(x) + .5f) / float(width), (Float(y) + .5f) / float(height));
+        si.uv =
+            from_bitmap * mitsuba::Point<Float, 2>((Float(x) + .5f) / float(width), (Float(y) + .5f) / float(height));
         return dr::detach(texture.eval_1(si));
     };
     const uint32_t count = width * height;

@@ -289,6 +289,27 @@ def test_refused_in_one_line(parameters, message):
         mi.load_dict({"type": "diffraction", **GRATING, **read})
 
 
+@pytest.mark.parametrize("variant", ["scalar_spectral", "llvm_ad_spectral"])
+def test_tables_cover_all_pixels_of_a_transformed_bitmap(variant):
+    """A bitmap twice across the surface: its pixels' centres, taken as coordinates on the surface, miss two of four."""
+    use_variant(variant)
+    texture = bitmap([1.0, 0.5, 0.6, 0.5])
+    plain = mi.load_dict({"type": "diffraction", **GRATING, "scale": texture})
+    twice = {**texture, "to_uv": mi.ScalarTransform3f().scale([2, 1])}
+    transformed = mi.load_dict({"type": "diffraction", **GRATING, "scale": twice})
+    wi, wo = direction(20, 0), direction(5, 180)
+
+    def value(bsdf, u):
+        si = mi.SurfaceInteraction3f()
+        si.wi, si.uv, si.wavelengths = mi.Vector3f(*wi), mi.Point2f(u, 0.5), [450.0, 500.0, 550.0, 600.0]
+        return np.array(bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(*wo)))
+
+    for u in (0.1, 0.4, 0.6, 0.9):
+        np.testing.assert_allclose(value(transformed, u / 2), value(plain, u), rtol=SINGLE, atol=1e-6)
+    # Sizes matter to this value.
+    assert np.abs(value(plain, 0.1) - value(plain, 0.4)).max() > 0.01
+
+
 # Tables over all sizes take most of the time, so each variant has one case.
 @pytest.mark.parametrize(("variant", "cover_eta"), [("llvm_ad_spectral", 1.0), ("llvm_ad_rgb", 1.58)])
 def test_a_million_random_queries_are_finite(variant, cover_eta):
