@@ -1,8 +1,7 @@
 """The interface of wanted figures, and the reader of their options.
 
 A *want* is a group of figures with its options (``[want.NAME]`` of a specification). Each want declares columns of the
-table. For a *question*, which is one case (a surface and a direction of the light), it computes an *answer*: figures
-and pictures.
+table. For a *question*, which is one case (a surface under a setting), it computes an *answer*: figures and pictures.
 """
 
 from __future__ import annotations
