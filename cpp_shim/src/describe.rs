@@ -6,8 +6,8 @@ use sunbeam::config::{Source, SurfaceConfig, Theory};
 use sunbeam::grating::GratingSurface;
 use sunbeam::lobe::{ColourSurface, SurfaceReport};
 
-/// The parameters of a surface: first the relief and its body without default values, then, after a semicolon, the
-/// theory's parameters with them.
+/// The parameters of a surface. Those of the relief and its body are left out where they have their default; those of
+/// the theory, after the semicolon, are not.
 pub(crate) fn config(config: &SurfaceConfig) -> String {
     let source = match config.source() {
         Source::Preset(preset) => {
