@@ -205,9 +205,11 @@ impl<T: Copy + Default + Send + Sync> SolvedCell<T> {
         if i < k { values[self.reversed(entry)].map(self.transposed) } else { values[entry] }
     }
 
-    /// Values of all entries at node i of p, node k of q, and wavelength j. A pair that does not propagate there has
-    /// the value `beyond(value, is_mirror)`, from that of the nearest neighbour at which it does, at most one step away
-    /// along each axis, or else zero. `is_mirror` tells whether both channels are the same, as in a mirror reflection.
+    /// Values of all entries at node i of p, node k of q, and wavelength j.
+    ///
+    /// A pair that does not propagate there has `beyond(value, is_mirror)` of the value at the nearest neighbour at
+    /// which it does, at most one step away along each axis; zero without such a neighbour. `is_mirror` tells whether
+    /// both channels are the same, as in a mirror reflection.
     fn filled(&self, [j, i, k]: [usize; 3], beyond: fn(T, bool) -> T) -> Vec<T> {
         // Indices at most one step away, among `count`.
         let near = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
@@ -315,25 +317,27 @@ pub(super) fn efficiency_error(
         })
         .collect();
     let view = EfficiencyView::<Plain<f64>> { layout: table.layout, words: &table.words };
+    // The mask of lanes, of which plain numbers have one.
+    let active = true;
     let errors = incidences
         .par_iter()
         .map(|&([nm, x, y], from_below)| {
             let index_of = |below: bool| if below { solver.eta } else { 1.0 };
             let periods = 1e3 * period_um / nm;
             let (groove_cosine, a) = (index_of(from_below) * y, index_of(from_below) * x * periods);
-            let channels = view.channels(&view.bounds(periods, groove_cosine), a, true);
+            let channels = view.channels(&view.bounds(periods, groove_cosine), a, active);
             let (incident, _) = channels.of_order(0.0, from_below);
             let in_air = groove_cosine.abs() < 1.0;
             // t where ky propagates in the air, else tm.
             let bound = periods * (index_of(!in_air).powi(2) - groove_cosine * groove_cosine).sqrt();
             let solutions = solver.solve(in_air, (bound, a), &[nm])?;
-            let row = view.row(&channels, incident, nm, true);
+            let row = view.row(&channels, incident, nm, active);
             let from = Channel { side: side(from_below), order: 0 };
             let errors = (0..channels.count).filter_map(|channel| {
                 let (m, is_below) = channels.order(channel);
                 let (_, propagates) = channels.of_order(m, is_below);
                 let out = Channel { side: side(is_below), order: m as i32 };
-                propagates.then(|| (view.entry(&row, channel, true) - solutions[0].efficiency(out, from)).abs())
+                propagates.then(|| (view.entry(&row, channel, active) - solutions[0].efficiency(out, from)).abs())
             });
             Ok(errors.collect::<Vec<_>>())
         })
