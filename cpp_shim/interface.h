@@ -129,8 +129,8 @@ private:
     /// Product of sines above which `grazing` replaces `cos - sines`, whose terms may then cancel. Below it the
     /// numerator of `grazing` cancels.
     static constexpr float SINES_GRAZING = .5f;
-    /// Smallest squared modulus that is inverted, equal to SQUARED_MODULUS_MIN of src/scattering/small_slope.rs:
-    /// products of two reciprocals then stay finite in single precision.
+    /// Smallest squared modulus of `s` and `p` as a divisor, equal to SQUARED_MODULUS_MIN of
+    /// src/scattering/small_slope.rs: products of two reciprocals then stay finite in single precision.
     static constexpr float DIVISOR_SQUARED_MIN = 1e-18f;
 
     /// Tangential unit vectors along which the light arrives and leaves. A direction along the normal has none and

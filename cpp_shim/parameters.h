@@ -57,8 +57,8 @@ WavelengthRange range_of(const std::vector<double> &nm);
 /// range. `source` names the spectrum in messages.
 void check_range_of(const std::string &source, const WavelengthRange &range);
 
-/// Spectrum with `values`, at least one, at rising wavelengths in nm. It is continued by its end values to Mitsuba's
-/// whole range.
+/// Spectrum with as many `values` as rising wavelengths `nm`, at least one. It is continued by its end values to
+/// Mitsuba's whole range.
 mitsuba::Properties::Spectrum continued(std::vector<double> nm, std::vector<double> values);
 
 /// Refuses values of `eta`, `k`, the reflectances, `specular_transmittance` and `rotation` that are out of range, and

@@ -34,7 +34,8 @@ public:
     /// Whether the surface is a perfect reflector; false after `eta` or `k` have changed.
     bool perfect = false;
 
-    /// A relief under a cover of index `cover_eta`, 1 for none. The mirror reflection by a cover may be left out.
+    /// A relief under a cover of index `cover_eta`, 1 for none. Without `cover_reflection`, the mirror reflection by
+    /// the cover is left out.
     Reflection(float cover_eta, bool cover_reflection)
         : m_cover(cover_eta), m_cover_reflection(cover_reflection && m_cover.exists()) {}
 
@@ -196,9 +197,9 @@ private:
         const Float cos_theta_i = Frame3f::cos_theta(m_cover.inside(si.wi));
         local.prob_diffraction  = enabled.diffraction ? 1.f : 0.f;
         if (enabled.diffraction && enabled.pigment) {
-            // In proportion to estimates of both albedos. Detached: the choice of a component is no part of the
-            // integrand. Between 0.1 and 0.9, so that a sample's weight is at most ten times that of sampling its lobe
-            // alone.
+            // In proportion to estimates of the albedos of relief and pigment. Detached: the choice of a component is
+            // no part of the integrand. Between 0.1 and 0.9, so that a sample's weight is at most ten times that of
+            // sampling its lobe alone.
             const Float diffracted = dr::detach(dr::mean(local.reflectance(cos_theta_i))),
                         pigment    = dr::detach(dr::mean(local.diffuse * local.remainder(cos_theta_i)));
             const Float both       = diffracted + pigment;
@@ -309,6 +310,7 @@ private:
     }
 
     Cover<Float, Spectrum> m_cover;
+    /// Whether the cover's mirror reflection is a component; false without a cover.
     bool m_cover_reflection;
 };
 

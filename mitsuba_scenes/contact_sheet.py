@@ -25,7 +25,7 @@ INK = (225, 225, 220)
 def contact_sheet(
     rows: list[list[tuple[Path, str]]], output: Path, width: int = 384, font: ImageFont.ImageFont | None = None
 ) -> None:
-    """Writes rows of (picture file, caption) to `output`, from the top left; rows may differ in length.
+    """Writes rows of (picture file, caption) to `output`, from the top left. Rows may differ in length; none is empty.
 
     Every picture is scaled to `width` and to the proportions of the first one. Captions may have several lines; all
     rows leave space for the caption with the most lines. The default font, Pillow's own, has neither Greek letters nor

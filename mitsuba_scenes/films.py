@@ -229,10 +229,10 @@ def ridges() -> np.ndarray:
 
 
 def wing_cells(x: np.ndarray, y: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers of Voronoi cells at points of the unit square, and distances in cm of the second less the nearest seed.
+    """Indices of the Voronoi cells of points of the unit square, and how much farther in cm the second nearest seed is.
 
-    x runs along the wing. Each square of a grid of WING_CELLS has one random seed. The difference of the distances is 0
-    on the borders of cells.
+    x runs along the wing. Each square of a grid of WING_CELLS has one random seed. On the borders of cells both seeds
+    are equally far, and the second value is 0.
     """
     squares = np.stack(np.meshgrid(*map(np.arange, WING_CELLS)), -1).reshape(-1, 2)
     seeds = (squares + rng.uniform(0.1, 0.9, squares.shape)) / WING_CELLS

@@ -6,7 +6,8 @@ use sunbeam::config::{Source, SurfaceConfig, Theory};
 use sunbeam::grating::GratingSurface;
 use sunbeam::lobe::{ColourSurface, SurfaceReport};
 
-/// The parameters of a surface. Those that have their default are left out, except in the list after the semicolon.
+/// The parameters of a surface. Those of the relief and its body are left out where they have their default; those of
+/// the theory, after the semicolon, are not.
 pub(crate) fn config(config: &SurfaceConfig) -> String {
     let source = match config.source() {
         Source::Preset(preset) => {
@@ -21,7 +22,7 @@ pub(crate) fn config(config: &SurfaceConfig) -> String {
         Some(body) => format!(", transmission {}, eta {}", config.transmission.name(), body.eta),
         None => String::new(),
     };
-    // Scale and depth are given as textures, with a range of values, or as numbers, which `factor` describes.
+    // Scale and depth given as numbers have a `factor`; given as textures they have a range of values.
     let span = |label, [low, high]: [f64; 2]| format!(", {label} {low:.3} to {high:.3}");
     let sizes = config.sizes.map(|sizes| span("scale", sizes.scale) + &span("depth", sizes.depth)).unwrap_or_default();
     let (scale, depth) = (factor("scale", config.scale), factor("depth", config.depth));
@@ -74,6 +75,7 @@ pub(crate) fn tables(report: &SurfaceReport, origin: &Origin) -> String {
 pub(crate) fn colours(surface: &ColourSurface, origin: &Origin) -> String {
     let report = surface.report();
     let bytes = report.table_bytes + report.sampler_bytes + report.albedo_bytes;
+    // A reference index is the one whose Fresnel reflectance the colours include.
     let fresnel = if surface.reference().is_some() { "included" } else { "applied per sample" };
     format!(
         "tables of colours of {:.2} MB, {origin} ({:.2} s to build), {} rings over {} µm of coherence, relative error \

@@ -125,7 +125,8 @@ pub(crate) fn owned_count() -> usize {
     OPEN.with_borrow(|open| open.as_ref().map_or(0, |open| open.owned.len()))
 }
 
-/// Releases some of the open scope's variables: those at the positions `range` in the order of their creation.
+/// Releases some of the open scope's variables: those at the positions `range`, below [`owned_count`], in the order of
+/// their creation.
 pub(crate) fn release(range: std::ops::Range<usize>) {
     OPEN.with_borrow_mut(|open| {
         if let Some(open) = open {

@@ -22,7 +22,8 @@ from .speed_error import processor
 # its mirror image, so a wrong sign along x would show. The short coherence length makes orders wide, so that some
 # pixels see each light.
 BLAZED = {"preset": "blazed", "theory": "rigorous", "eta": 1.0, "k": 6.9, "coherence_length": 20.0}
-# The compared gratings, named by their periods: the preset's, and one close to the wavelength.
+# The compared gratings, named by their periods: the preset's, and one close to the wavelength. Comparisons at points
+# do not read `supersample`.
 GRATINGS = [
     Case("blazed, 2.5 µm", BLAZED, supersample=1),
     Case("blazed, 0.9 µm", {**BLAZED, "period": 0.9, "height": 0.15}, supersample=1),
@@ -69,7 +70,7 @@ def gratings(folder: Path) -> dict:
         checked = same_colours.check(case, files, LIGHTS, CLOSE, folder)
         if failures := same_points.failures(case.name, checked):
             raise Disagreement("; ".join(failures))
-        found[case.name] = [point_figures(by_light) for by_light in checked]
+        found[case.name] = [point_figures(of_light) for of_light in checked]
     return found
 
 

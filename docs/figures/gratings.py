@@ -60,7 +60,7 @@ def ratio_grid(first: float, last: float, count: int) -> np.ndarray:
 ALUMINIUM_RATIOS = ratio_grid(0.36, 1.06, 71)
 # λ/d of curves in a perfect conductor.
 PERFECT_RATIOS = ratio_grid(0.3, 1.9, 81)
-# Half width in λ/d of the fine curve about an anomaly, which includes the shift by the plasmon.
+# Half width in λ/d of the fine curve about an anomaly: larger than the anomaly's shift by the plasmon.
 ANOMALY_HALF_WIDTH = 0.04
 # Number of points of the fine curve about an anomaly.
 ANOMALY_POINTS = 41
@@ -309,9 +309,9 @@ def check(made: dict) -> None:
 
 def figures() -> dict:
     """All numbers of the part; writes its plots."""
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as temporary:
         made = {
-            "blazed": blazed(Path(folder)),
+            "blazed": blazed(Path(temporary)),
             "sinusoidal": sinusoidal(),
             "lamellar": lamellar(),
             "plasmons": plasmons(),

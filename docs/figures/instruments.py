@@ -54,8 +54,8 @@ def figures() -> dict | None:
     """All numbers of the part; `None`, after one printed line, without `SAMPLES`.
 
     `maps` has a row for each file with a relief, `refused` one for each other file, `formats` one for each format of
-    the library. `untried` and `reasons` are the results of these functions. `native` and `beside_gwyddion` are numbers
-    of compared files and formats. Raises SetupError if a reader differs from the converter.
+    the library. `untried` and `reasons` are the results of the functions of these names. `native` and `beside_gwyddion`
+    are numbers of compared files and formats. Raises SetupError if a reader differs from the converter.
     """
     folder = os.environ.get("SAMPLES")
     if not folder:
@@ -235,8 +235,7 @@ def differences(relief: Any, heights_um: np.ndarray, pixel_um: Any) -> dict:
 
 
 def run_gwyddion(*words: str) -> str:
-    """Runs Gwyddion and returns its output, without a check of its exit status.
-
+    """Runs Gwyddion and returns its output, also where it fails, such as on a format that it cannot read.
     Gwyddion needs a display even for conversions, so it gets an X server of its own if `xvfb-run` is installed. Raises
     subprocess.TimeoutExpired after two minutes, in which it may wait for a dialogue.
     """

@@ -1,6 +1,7 @@
 """Random evaluations of the plugin in Mitsuba, whose values must be finite and not negative.
 
-A *question* is a pair of directions and a wavelength, for which a random surface's BSDF and density are evaluated.
+A *question* is a pair of directions and a wavelength, for which a random surface's BSDF and sampling density are
+evaluated.
 Dr.Jit's kernels do this in single precision. The counterpart for the Rust core, in double precision, is
 crates/cli/src/benchmarks/stability/random_queries.rs.
 """
@@ -23,7 +24,8 @@ CARRIED = 4
 # Reflectance in 1/sr below which reciprocity is not tested. Smaller ones have large relative errors in single
 # precision.
 RECIPROCITY_FLOOR = 1e-6
-# Largest range of heights, as in Rust. κH is 200 at 360 nm, where κ = 4π/λ and H is half the range: 2H = 400 λ/(4π).
+# Largest range of heights 2H, as in Rust: at 360 nm and the largest phase rate κ = 4π/λ, the phase κH is 200, so that
+# 2H = 400 λ/(4π).
 DEEPEST_UM = 400 * 0.36 / (4 * np.pi)
 
 
@@ -99,8 +101,8 @@ def questions(count: int, surfaces: int, seed: int = 1) -> dict:
 def one_surface(bsdf: mi.BSDF, random: np.random.Generator, count: int) -> dict:
     """Evaluates `count` pairs of directions, each at CARRIED wavelengths, on one surface.
 
-    About half of the outgoing directions are sampled from the surface, the others are random. Returns numbers of
-    samples with a positive density, values that are not finite or negative, and directions whose density is 0.
+    About half of the outgoing directions are sampled from the surface, the others are random. Returns the numbers of
+    samples with a positive density, of values that are not finite, of negative values, and of densities that are 0.
     `reciprocity` is the largest relative difference of the reflectance when the directions are exchanged.
     """
     ctx = mi.BSDFContext()

@@ -29,18 +29,18 @@ from mitsuba_scenes.tool import sunbeam
 
 from .disc import write_disc
 
-# View of the snake in most shots.
+# View of the snake in most shots: the default camera, width and height in pixels.
 SNAKE = View(240, 160)
 # Default number of rays along each side of a pixel on the GPU. More smooth edges and glints, and take longer.
 SUPERSAMPLE = 2
 # Number of Mitsuba's passes. The first includes the compilation of kernels, so the second is timed.
 PASSES = 2
-# Samples per pixel in Mitsuba: 36 in each pass, whose sampler needs a square number.
+# Samples per pixel in Mitsuba, of all passes: 36 in each, since the sampler needs a square number.
 SPP = 72
 # The default sun of `Light`, without sky, which the realtime renderer lacks.
 SUN = Light(sun="directional", sky_radiance=0)
-# Factor on the quadrilaterals of the snake's mesh in each direction. With 1 it has about as many faces as that of
-# Single 2014, a thesis.
+# Factor on the number of quadrilaterals of the snake's mesh in each direction. With 1 the mesh has about as many faces
+# as that of the thesis Single 2014.
 RESOLUTION = 1.0
 # Refractive index η + ik of aluminium near the middle of the visible range, rounded; one value for all wavelengths.
 ALUMINIUM = {"eta": 1.0, "k": 6.9}
@@ -87,7 +87,10 @@ class Taken(NamedTuple):
 
 @dataclass
 class Sheet:
-    """Rows of shots for one picture file NAME.jpg; `title` and `figure` (its number in Single 2014) go to the data."""
+    """Rows of shots for one picture file NAME.jpg.
+
+    `title` and `figure`, the number of the figure in Single 2014 that the sheet repeats, go to the data.
+    """
 
     name: str
     title: str

@@ -1,7 +1,7 @@
 """Surfaces, lights and scenes of the comparison of both renderers, with their parameters.
 
-The renderers are Mitsuba with the plugin, and the realtime renderer `sunbeam render`. Checks (a) and (b) are those of
-__init__.py.
+The renderers are Mitsuba with the plugin, and the realtime renderer `sunbeam render`. Check (a) compares values at
+points of the surface, check (b) rendered pictures (__init__.py).
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 //! Look-up in a [`super::ColourTable`], generic over [`Numbers`].
 //!
-//! The table holds the colour F(u, v, w) of the scattering vector, on rings in the plane of (u, v). A look-up reads the
-//! four rings nearest to the radius `r = |(u, v)|`, and on each ring 4 × 4 coefficients around the direction and w. The
-//! words of coefficients are those of `pack.rs`. Formulas of positions are those of [`ColourLayout`] and [`Ring`].
+//! The table holds the colour F of the scattering vector `q = wi + wo = (u, v, w)`, on rings in the plane of (u, v). A
+//! look-up reads the four rings nearest to the radius `r = |(u, v)|`, and on each ring 4 × 4 coefficients around the
+//! direction and w. The words of coefficients are those of `pack.rs`. Formulas of positions are those of
+//! [`ColourLayout`] and [`Ring`].
 //!
 //! `src/methods/table.wgsl` is the counterpart in WGSL, with the same arithmetic. Tests of the method `table` in
 //! crates/realtime compare the two.
@@ -45,6 +46,7 @@ impl<N: Numbers> ColourView<N> {
         let position = arsinh / growth - lit(0.5);
         let inner = position.floor();
         let weights = lagrange_weights(position - inner);
+        // ln(1 + w/w_log).
         let efolds = w.fma(lit(1.0 / f64::from(self.layout.w_log)), lit(1.0)).log2() * lit(LN_2);
         let rings = [-1.0, 0.0, 1.0, 2.0].map(|i| inner + lit(i));
         // Values [channel][ring]. `map_each` calls the function for each ring in turn. In kernels that Dr.Jit records,
@@ -74,7 +76,8 @@ impl<N: Numbers> ColourView<N> {
         let [offset, directions, w_count, knots_per_w] = N::gather::<4>(self.words, record, active);
         let rest = N::gather::<4>(self.words, record + int(1), active);
         let [knots_per_efold, knee_squared, zero_squared, _] = rest.map(N::from_bits);
-        // Positions in knots, along the ring and over w. The last interval over w begins at the knot w_count − 4.
+        // Positions in knots, along the ring and over w. Four of the w_count coefficients over w are read from `row`
+        // on, so the last interval begins at the knot w_count − 4.
         let per_turn = N::real(directions);
         let x = turn * per_turn;
         let y = w.fma(N::from_bits(knots_per_w), knots_per_efold * efolds);
@@ -111,9 +114,9 @@ impl<N: Numbers> ColourView<N> {
 
     /// Coefficients of four words (`pack.rs`), `[channel][word]`.
     ///
-    /// The nine stored bits m of a mantissa become the upper bits of a float's mantissa, with the exponent e:
-    /// `(1 + m/512)·2^e`. Subtracting `1.5·2^e` removes the stored excess of 256 exactly. With MANTISSA_BITS in e,
-    /// which multiplies by 512, the difference is the packed number.
+    /// The nine stored bits m of a mantissa become the upper bits of a float's mantissa, with the word's exponent e:
+    /// `(1 + m/512)·2^e`. Subtracting `1.5·2^e` removes the stored excess of 256 exactly: `(m − 256)/512·2^e` remains.
+    /// The 9 of MANTISSA_BITS is part of e and cancels the 512.
     #[inline(always)]
     fn unpack(&self, words: [N::Index; 4]) -> [[N::Real; 4]; 3] {
         let int = N::Index::lit;

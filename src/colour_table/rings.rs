@@ -19,7 +19,7 @@ const DIRECTION_SPACING: f64 = 0.87;
 /// because the cubic through four rings errs more than a B-spline: by 5 % instead of 2 % at a spacing of 1.
 const RING_SPACING: f64 = 0.45;
 /// Upper bound of the spacing of directions, in direction cosines. It acts at short coherence lengths, where it bounds
-/// the spacing of inner rings by 0.05. Larger values save little, since these tables are small; smaller ones enlarge
+/// the spacing of inner rings by 0.052. Larger values save little, since these tables are small; smaller ones enlarge
 /// them.
 const SPACING_MAX: f64 = 0.1;
 /// Spacing of the outer rings over their radius. The integral over wavelength smears features by the width of the
@@ -73,7 +73,7 @@ impl RingPlan {
     }
 
     /// Values of w of the [`RingPlan::w_count`] samples, ascending: one at each knot, and one more in the first and the
-    /// last interval, at any place within it. The sample of knot 0 is moved up by a tenth of an interval, since the
+    /// last interval, where its place is chosen. The sample of knot 0 is moved up by a tenth of an interval, since the
     /// scaled colour of `fit.rs` may be 0/0 at w = 0.
     pub(super) fn sampled_w(&self) -> Vec<f64> {
         let last = self.intervals as f64;
@@ -102,7 +102,7 @@ impl RingPlan {
 
 /// Number of directions on a ring, which are at most `spacing` apart (in direction cosines) on the group's outer edge.
 fn directions(radius: f64, spacing: f64) -> usize {
-    // Group g has radii from 2·GROUP_RATIO^(−g − 1) to 2·GROUP_RATIO^(−g).
+    // Group g has radii from 2·GROUP_RATIO^(−g − 1) to 2·GROUP_RATIO^(−g); group 0 also has the rings beyond 2.
     let group = (2.0 / radius).log(GROUP_RATIO).floor().max(0.0);
     let outer_radius = 2.0 * GROUP_RATIO.powf(-group);
     ((TAU * outer_radius / spacing).ceil() as usize).max(DIRECTIONS_MIN)
@@ -121,8 +121,8 @@ pub(super) struct Rings {
 
 impl Rings {
     /// Plans the rings for orders of the standard deviation `sigma_per_um` (cycles/µm), and heights that differ by at
-    /// most `range_um`. `tapered` adds knots near the horizon for an aperiodic scan. `resolution` multiplies the number
-    /// of samples along each axis.
+    /// most `range_um`. `tapered` adds knots near the horizon for an aperiodic scan. `resolution`, above 0, multiplies
+    /// the number of samples along each axis.
     pub(super) fn plan(sigma_per_um: f64, range_um: f64, tapered: bool, resolution: f64) -> Self {
         let spacing = (DIRECTION_SPACING * WAVELENGTH_UM * sigma_per_um / resolution).min(SPACING_MAX);
         let inner_spacing = spacing * RING_SPACING / DIRECTION_SPACING;

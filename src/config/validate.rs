@@ -32,8 +32,8 @@ impl SurfaceConfig {
     /// # Errors
     /// The errors of [`SurfaceConfig::validate`].
     pub fn validate_for_array(&self) -> Result<(), ConfigError> {
-        // Without a source the default preset would be validated, whose relief the rigorous theory refuses. A flat one
-        // passes in its place.
+        // Without a file the default preset would be validated, whose relief the rigorous theory refuses. The flat
+        // preset, which passes, stands for the array.
         let is_grating = self.theory == Theory::Rigorous && self.filename.is_none();
         let preset = self.preset.or(is_grating.then_some(Preset::Flat));
         Self { fill: None, preset, ..self.clone() }.validate()
@@ -150,10 +150,10 @@ impl SurfaceConfig {
         }
     }
 
-    /// Refuses a cover and transmission. `user` names the functions that work with bare reliefs only, for the message.
+    /// Refuses a cover or transmission. `user` names the functions that work with bare reliefs only, for the message.
     ///
     /// # Errors
-    /// [`ConfigError::Contradiction`] if the configuration has one of them.
+    /// [`ConfigError::Contradiction`] if the configuration has either.
     pub fn require_bare(&self, user: &str) -> Result<(), ConfigError> {
         if self.cover_eta.is_some() {
             return contradiction("cover_eta", user, "they are for bare reliefs; leave it out");

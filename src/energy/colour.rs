@@ -1,5 +1,5 @@
-//! Table of the divisor A ([module](super)) for red, green and blue, for renderers that carry colours instead of
-//! wavelengths. `methods/albedo.wgsl` evaluates it in WGSL.
+//! Table of the divisor A ([module](super)), by which reflectances are divided so that no albedo exceeds 1, for red,
+//! green and blue: renderers that carry colours read it. `methods/albedo.wgsl` evaluates it in WGSL.
 //!
 //! A colour channel is a band: an integral over wavelengths with its weights in linear sRGB. Its albedo is the weighted
 //! mean of the albedos by wavelength.
@@ -70,7 +70,7 @@ impl ColourAlbedoTable {
         // All words stay zero where nothing is divided.
         let mut words = vec![0; WORDS * cells * cells];
         if let Some(nodes) = Builder::new(&integral, 1, &group).build(grid, progress) {
-            // Bits of a band's value at the grid node in column x and row y.
+            // Bits of a band's value at the grid node in column x and row y, rounded up.
             let bits = |x: usize, y: usize, band: usize| bf16_above(nodes.values[y * grid.side() + x][band]);
             for (i, cell) in words.chunks_exact_mut(WORDS).enumerate() {
                 let (x, y) = (i % cells, i / cells);

@@ -1,6 +1,7 @@
 //! Quadrature rules, and their product over the hemisphere of outgoing directions.
 //!
-//! A direction `(x, y, cosθo)` has two angles from −π/2 to π/2: α from the xz plane, and ψ around the y axis.
+//! A direction `(x, y, cosθo)` has two angles from −π/2 to π/2: α from the xz plane, and ψ around the y axis from the
+//! normal.
 //!
 //! - `x = cos α sin ψ`, `y = sin α`, `cosθo = cos α cos ψ`
 //! - `cosθo dω = dx dy = cos²α cos ψ dα dψ = cos α · cosθo dα dψ`
@@ -70,7 +71,7 @@ pub(super) struct Angle {
 /// Calls `visit` with each quadrature node's direction `(x, y, cosθo)` and its area `cosθo dω`, over the directions
 /// with x and y within `bounds`, `[[x low, x high], [y low, y high]]`.
 ///
-/// Panels of 16 nodes are at most `widest` radians wide: `widest[0]` in ψ, `widest[1]` in α. `cos_i` is cosθi.
+/// Panels of 16 nodes are at most `widest` radians wide, above 0: `widest[0]` in ψ, `widest[1]` in α. `cos_i` is cosθi.
 pub(super) fn hemisphere(bounds: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mut visit: impl FnMut(Vec3, f64)) {
     let [bounds_x, bounds_y] = bounds.map(|[low, high]| [low.max(-1.0), high.min(1.0)]);
     if bounds_x[0] >= bounds_x[1] || bounds_y[0] >= bounds_y[1] {

@@ -6,9 +6,9 @@
 //! | order 0 | cosine and length of the incident direction's projection onto the xz plane | colour of its efficiency |
 //! | order weights | bin of the incident direction, order | probability of drawing the order, not normalised |
 //!
-//! ν is 1/λ. The frequencies `ν·(wi + wo)_xy` of a pair of directions form a line, along which an order is a Gaussian
-//! over ν. A body that transmits has four tables of order 0 ([`OrderZero`]), and order weights for both sides of
-//! incident and outgoing light.
+//! ν is 1/λ. The frequencies `ν·(wi + wo)_xy` of a pair of directions form a line, along which order m is a Gaussian
+//! over ν, with the mean ν_m and the standard deviation τ. A body that transmits has four tables of order 0
+//! ([`OrderZero`]), and order weights for both sides of incident and outgoing light.
 //!
 //! The WGSL twin of the look-ups in the first two tables is in `src/methods/grating.wgsl`. A test compares the
 //! constants of both.
@@ -85,7 +85,8 @@ pub struct ColourTables {
 impl ColourTables {
     /// Builds the tables of a grating. Returns their layout and data.
     pub(super) fn build(grating: &GratingSurface) -> (Self, Vec<u32>) {
-        // |m| ≤ 2nd/λ, with the larger index n of both sides; d is in µm and λ in nm.
+        // An order changes the wave number along x by 2πm/d, at most from −2πn/λ to 2πn/λ: |m| ≤ 2nd/λ, with the larger
+        // index n of both sides. d is in µm and λ in nm.
         let efficiencies = grating.layout().efficiencies;
         let orders = (2e3 * grating.layout().period_um * efficiencies.eta_below() / WAVELENGTH_MIN_NM) as u32;
         let sides = if efficiencies.transmits() { 2 } else { 1 };
@@ -218,9 +219,9 @@ impl ColourTables {
                 let from = if row < bins { Side::Above } else { Side::Below };
                 // Rounded to single precision before the sum, so that it matches the stored weights.
                 let weights = self.bin_weights(grating, from, row % bins);
-                let mut row: Vec<f32> = weights.into_iter().map(|weight| weight as f32).collect();
-                row.push(row.iter().sum());
-                row
+                let mut entries: Vec<f32> = weights.into_iter().map(|weight| weight as f32).collect();
+                entries.push(entries.iter().sum());
+                entries
             })
             .collect()
     }
@@ -285,7 +286,7 @@ impl OrderZero {
 /// `(τ + TAU_SCALE)/τ · ∫ weight(1/ν) exp(−(ν − ν_m)²/2τ²) dν`. The factor makes the limit of zero width finite; the
 /// lobe divides by it.
 fn spectral_weight_table() -> Vec<f32> {
-    // ν and weights of every visible wavelength.
+    // ν and weights of every visible wavelength; the fourth weight is not read.
     let wavelengths: Vec<(f64, [f64; 4])> = WavelengthWeights::per_nm()
         .iter()
         .enumerate()
@@ -299,8 +300,9 @@ fn spectral_weight_table() -> Vec<f32> {
             let tau = TAU_SCALE * width / (1.0 - width);
             let wavelengths = &wavelengths;
             (0..WEIGHT_NODES[1]).flat_map(move |column| {
-                let centre = 2.0 * f64::from(column) / f64::from(WEIGHT_NODES[1] - 1) - 1.0;
-                let nu_m = NU_MIDDLE + centre * (NU_HALF + REACH * tau);
+                // From −1 to 1, where the coordinate of look-ups is from 0 to 1.
+                let from_middle = 2.0 * f64::from(column) / f64::from(WEIGHT_NODES[1] - 1) - 1.0;
+                let nu_m = NU_MIDDLE + from_middle * (NU_HALF + REACH * tau);
                 let mut sum = [0.0; 3];
                 for (nu, weight) in wavelengths {
                     let offset = (nu - nu_m) / tau;

@@ -32,14 +32,15 @@ pub(super) struct InterfaceSolver<'a> {
 pub(super) struct InterfaceCell {
     /// Whether it is a cell of the air; otherwise one of the medium.
     pub in_air: bool,
-    /// Index s: −1 or above in the air, 0 or above in the medium.
+    /// Index s, the number of orders that propagate in all of the cell minus one: −1 or above in the air, 0 or above in
+    /// the medium.
     pub index: i32,
-    /// Number of orders in the medium beyond the `index + 1` of the cell, at either end of their range.
+    /// Number of orders in the medium beyond these `index + 1`, at either end of their range.
     pub extra: u32,
 }
 
 impl InterfaceCell {
-    /// Numbers of channels above and below.
+    /// Numbers of channels above and below the relief.
     pub(super) fn side_counts(self) -> [usize; 2] {
         let orders = (self.index + 1) as usize;
         [if self.in_air { orders } else { 0 }, orders + 2 * self.extra as usize]
@@ -95,7 +96,7 @@ impl InterfaceSolver<'_> {
         let period_nm = 1e3 * self.meshes.period_um();
         // tm = (d/λ)·√(n² − ky²/k²) at ky = k.
         let critical_nm = (self.eta * self.eta - 1.0).sqrt() * period_nm / tm;
-        // The medium's matrices at given tm and b do not depend on the wavelength.
+        // The medium's matrices at given tm and b, on the mesh without doublings; they do not depend on the wavelength.
         let below_first = self.meshes.after(0)?.below(tm, b)?;
         let solve = |&nm: &f64| {
             let nm = nm.min(BELOW_CRITICAL * critical_nm);

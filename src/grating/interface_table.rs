@@ -2,10 +2,11 @@
 //!
 //! A table holds one value for each pair of channels (orders on a side of the relief): an efficiency, or the shape of a
 //! Jones matrix. A *cell* is a region of incident waves at which the same orders propagate in the air (in cells of the
-//! medium: in the medium). (p, q) is a wave's position in its cell, each from 0 to 1. Cells are solved at nodes with
-//! equal steps in the coordinate of look-ups, `node_coordinate` of p and of q (`cell_position.rs`). Matrices are stored
-//! there; efficiencies, which vary more, at more nodes, by cubic interpolation. Polynomials through Chebyshev nodes, as
-//! in `build.rs`, converge slowly here, since efficiencies have singularities inside the cells of an interface.
+//! medium: in the medium). Its index s is the number of these orders minus 1. (p, q) is a wave's position in its cell,
+//! each from 0 to 1. Cells are solved at nodes with equal steps in the coordinate of look-ups, `node_coordinate` of p
+//! and of q (`cell_position.rs`). Matrices are stored there; efficiencies, which vary more, at more nodes, by cubic
+//! interpolation. Polynomials through Chebyshev nodes, as in `build.rs`, converge slowly here, since efficiencies have
+//! singularities inside the cells of an interface.
 //!
 //! A channel in the medium may propagate at only some nodes of a cell. At the other nodes its value follows from that
 //! of a neighbouring node at which it propagates, so that look-ups can interpolate between them. Half of the nodes
@@ -59,23 +60,24 @@ impl InterfacePlan {
     /// Plans the tables of a grating of this period on a medium of index `eta`.
     pub(super) fn new(period_um: f64, eta: f64) -> Self {
         let (nm, _) = table_wavelengths(period_um, Some(STEP_NM));
-        // Largest t in the air, d/λ at ky = 0, or largest tm in cells of the medium, √(n² − 1)·d/λ at |ky| = k; at
-        // wavelength j.
+        // Largest bound of |a| at wavelength j. In cells of the air it is t = d/λ, at ky = 0; in cells of the medium
+        // tm = √(n² − 1)·d/λ, at |ky| = k.
         let root = (eta * eta - 1.0).sqrt();
         let largest = |j: usize, in_air: bool| 1e3 * period_um / nm[j] * if in_air { 1.0 } else { root };
-        // Whether wavelength j has the cell s = index: s ≤ (t − a) + (t + a) = 2t. As look-ups interpolate between two
-        // wavelengths, a wavelength has the cells of the next shorter one.
+        // Whether wavelength j has the cell of this index: s = ⌊t − a⌋ + ⌊t + a⌋ is at most 2t. Look-ups interpolate
+        // between two wavelengths, so a wavelength has all cells of the next shorter one, which has more.
         let has_cell =
             |j: usize, in_air: bool, index: i32| index <= (2.0 * largest(j.saturating_sub(1), in_air)) as i32;
         // Orders that may propagate in the medium alone, at either end of those that propagate in the air: tm − t,
-        // rounded up, with tm² = t² + (n² − 1)(d/λ)². It is largest at the cell's smallest t, s/2, and at the shortest
-        // wavelength.
+        // rounded up, with tm² = t² + (n² − 1)(d/λ)². The difference is largest at the cell's smallest t, s/2, and at
+        // the shortest wavelength.
         let further_orders = |index: i32| {
             let t = 0.5 * f64::from(index.max(0));
             let tm = t.hypot(largest(0, false));
             (tm - t).ceil() as u32
         };
         let mut cells = Vec::new();
+        // In cell −1 of the air, no order propagates there.
         for (in_air, first) in [(true, -1), (false, 0)] {
             for index in (first..).take_while(|&index| has_cell(0, in_air, index)) {
                 let extra = if in_air { further_orders(index) } else { 0 };
@@ -203,17 +205,20 @@ impl<T: Copy + Default + Send + Sync> SolvedCell<T> {
         if i < k { values[self.reversed(entry)].map(self.transposed) } else { values[entry] }
     }
 
-    /// Values of all entries at node i of p, node k of q, and wavelength j. A pair that does not propagate there has
-    /// the value `beyond(value, is_mirror)`, from that of the nearest neighbour at which it does, at most one step away
-    /// along each axis, or else zero. `is_mirror` tells whether both channels are the same, as in a mirror reflection.
+    /// Values of all entries at node i of p, node k of q, and wavelength j.
+    ///
+    /// A pair that does not propagate there has `beyond(value, is_mirror)` of the value at the nearest neighbour at
+    /// which it does, at most one step away along each axis; zero without such a neighbour. `is_mirror` tells whether
+    /// both channels are the same, as in a mirror reflection.
     fn filled(&self, [j, i, k]: [usize; 3], beyond: fn(T, bool) -> T) -> Vec<T> {
+        // Indices at most one step away, among `count`.
         let near = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
         // Neighbours are those of the node or of its mirror image with i ≥ k, so that the table is exactly reciprocal.
         let (high, low) = (i.max(k), i.min(k));
         let mut neighbours: Vec<[usize; 3]> = near(j, self.values[0].len())
             .flat_map(|j| near(high, NODES).flat_map(move |i| near(low, NODES).map(move |k| [j, i, k])))
             .collect();
-        // Neighbours at the same wavelength come first: the other two distances add up to at most 2.
+        // The factor 4 puts neighbours at the same wavelength first: the other two distances add up to at most 2.
         neighbours.sort_by_key(|at| 4 * at[0].abs_diff(j) + at[1].abs_diff(high) + at[2].abs_diff(low));
         let nearest = |entry: usize| {
             let is_mirror = entry / self.channels() == entry % self.channels();
@@ -302,7 +307,8 @@ pub(super) fn efficiency_error(
     count: usize,
 ) -> Result<(f64, f64), GratingError> {
     let mut random = Pcg64Mcg::seed_from_u64(RANDOM_SEED);
-    // Wavelength in nm and direction cosines x and y of the light's travel, in its own medium; whether that is below.
+    // Wavelength in nm, direction cosines x and y of the light's travel in the medium it comes from, and whether this
+    // medium is below.
     let incidences: Vec<([f64; 3], bool)> = (0..count)
         .map(|i| {
             let nm = random.random_range(WAVELENGTH_MIN_NM..WAVELENGTH_MAX_NM);
@@ -311,25 +317,27 @@ pub(super) fn efficiency_error(
         })
         .collect();
     let view = EfficiencyView::<Plain<f64>> { layout: table.layout, words: &table.words };
+    // The mask of lanes, of which plain numbers have one.
+    let active = true;
     let errors = incidences
         .par_iter()
         .map(|&([nm, x, y], from_below)| {
             let index_of = |below: bool| if below { solver.eta } else { 1.0 };
             let periods = 1e3 * period_um / nm;
             let (groove_cosine, a) = (index_of(from_below) * y, index_of(from_below) * x * periods);
-            let channels = view.channels(&view.bounds(periods, groove_cosine), a, true);
+            let channels = view.channels(&view.bounds(periods, groove_cosine), a, active);
             let (incident, _) = channels.of_order(0.0, from_below);
             let in_air = groove_cosine.abs() < 1.0;
-            // t in cells of the air, tm in those of the medium.
+            // t where ky propagates in the air, else tm.
             let bound = periods * (index_of(!in_air).powi(2) - groove_cosine * groove_cosine).sqrt();
             let solutions = solver.solve(in_air, (bound, a), &[nm])?;
-            let row = view.row(&channels, incident, nm, true);
+            let row = view.row(&channels, incident, nm, active);
             let from = Channel { side: side(from_below), order: 0 };
             let errors = (0..channels.count).filter_map(|channel| {
                 let (m, is_below) = channels.order(channel);
                 let (_, propagates) = channels.of_order(m, is_below);
                 let out = Channel { side: side(is_below), order: m as i32 };
-                propagates.then(|| (view.entry(&row, channel, true) - solutions[0].efficiency(out, from)).abs())
+                propagates.then(|| (view.entry(&row, channel, active) - solutions[0].efficiency(out, from)).abs())
             });
             Ok(errors.collect::<Vec<_>>())
         })

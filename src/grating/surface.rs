@@ -21,7 +21,8 @@ use serde::{Deserialize, Serialize};
 use sunbeam_rigorous::{Profile, Side};
 
 /// Number of random incidences and wavelengths at which a table's error is measured. More of them give a more accurate
-/// error and a longer build. Tables of interfaces have four times as many, since few incidences make most of the error.
+/// error and a longer build. Tables of interfaces get four times as many: few incidences hold most of their error, so
+/// its estimate from few points would vary by chance.
 const ERROR_POINTS: usize = 60;
 
 /// The surface of a grating by Maxwell's equations, with a table of its orders' efficiencies.
@@ -67,8 +68,8 @@ impl GratingSurface {
         Self::of_body(profile, GratingBody::Reflector(index), coherence_length_um, build_limit, progress)
     }
 
-    /// Solves and tabulates the orders of a profile on a body: those on both sides of a body that transmits. Else as
-    /// [`GratingSurface::new`].
+    /// Solves and tabulates the orders of a profile on a body, on both sides where the body transmits. The other
+    /// arguments are those of [`GratingSurface::new`].
     ///
     /// # Errors
     /// The errors of [`GratingSurface::new`].
@@ -182,26 +183,28 @@ impl GratingSurface {
     /// leaves on the second. Below an interface, `wi` is a direction in the medium. For a grating that only reflects it
     /// is zero unless both sides are above.
     pub fn efficiency_between(&self, wavelength_nm: f64, wi: [f64; 2], order: i32, sides: [Side; 2]) -> f64 {
-        // Whether light arrives from below, and whether it leaves below.
-        let [from, to] = sides.map(|side| side == Side::Below);
+        let [arrives_below, leaves_below] = sides.map(|side| side == Side::Below);
         let layout = self.layout.efficiencies;
-        // Minus the tangential wave vector over k, since `wi` points against the light's travel.
-        let [x, y] = wi.map(|cosine| if from { cosine * layout.eta_below() } else { cosine });
+        // The light's tangential wave vector over the wave number in vacuum is (−x, −y), since `wi` points against its
+        // travel.
+        let [x, y] = wi.map(|cosine| if arrives_below { cosine * layout.eta_below() } else { cosine });
         let periods = 1e3 * self.layout.period_um / wavelength_nm;
         let view = EfficiencyView::<Plain<f64>> { layout, words: &self.words };
-        let channels = view.channels(&view.bounds(periods, -y), -x * periods, true);
-        let (incident, is_incident) = channels.of_order(0.0, from);
-        let (outgoing, is_outgoing) = channels.of_order(f64::from(order), to);
-        if !(is_incident && is_outgoing) {
+        // The mask of lanes, of which plain numbers have one.
+        let active = true;
+        let channels = view.channels(&view.bounds(periods, -y), -x * periods, active);
+        let (incident, incident_propagates) = channels.of_order(0.0, arrives_below);
+        let (outgoing, outgoing_propagates) = channels.of_order(f64::from(order), leaves_below);
+        if !(incident_propagates && outgoing_propagates) {
             return 0.0;
         }
-        view.entry(&view.row(&channels, incident, wavelength_nm, true), outgoing, true)
+        view.entry(&view.row(&channels, incident, wavelength_nm, active), outgoing, active)
     }
 
     /// `f_r` in 1/sr: the material's reflectance is included, the cosine is not. Zero unless both directions lie above
     /// the surface and the wavelength is within 360 to 830 nm. Never negative, never NaN. At a body that transmits,
     /// directions may also lie below the surface: in the medium of an interface, or in air behind a film. `f_r` is then
-    /// the power per solid angle and |wo.z| of light from `wi` to `wo`.
+    /// the fraction of the power from `wi` that leaves along `wo`, per solid angle and per |wo.z|.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         lobe::eval(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }

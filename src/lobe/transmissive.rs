@@ -66,6 +66,7 @@ pub(crate) struct BodyDirections<N: Numbers> {
 }
 
 impl<N: Numbers> BodyDirections<N> {
+    /// Quantities of the unit vectors `wi` and `wo` at a body.
     #[inline(always)]
     fn new(body: TransparentBody, wi: [N::Real; 3], wo: [N::Real; 3]) -> Self {
         let (i, o) = (body.wave::<N>(wi), body.wave::<N>(wo));
@@ -91,15 +92,14 @@ impl<N: Numbers> BodyDirections<N> {
 
 /// Scattering function of a transparent body in 1/sr, for [`Exact`](super::Exact), which has no table of S.
 ///
-/// `density(f, κ)` is S of the magnified relief in µm², at f in cycles/µm and κ in rad/µm. The value is divided by the
-/// albedo where a table of albedos is given. Zero unless both directions lie off the horizon and the wavelength is
-/// positive.
+/// `spectrum(f, κ)` is S of the magnified relief in µm², at f in cycles/µm and κ in rad/µm. The value is divided by A
+/// where a table of albedos is given. Zero unless both directions lie off the horizon and the wavelength is positive.
 pub(super) fn value_at_body(
     body: TransparentBody,
     wi: Vec3,
     wo: Vec3,
     wavelength_nm: f64,
-    density: impl Fn([f64; 2], f64) -> f64,
+    spectrum: impl Fn([f64; 2], f64) -> f64,
     albedo: Option<&AlbedoTable>,
 ) -> f64 {
     let accepts = |w: Vec3| w.iter().all(|c| c.is_finite()) && w[2] != 0.0;
@@ -114,11 +114,11 @@ pub(super) fn value_at_body(
         let [at_wi, at_wo] = directions.places(&view);
         view.factor_at(&at_wi, &at_wo, &reading, true)
     });
-    directions.pair.factor() * per_albedo * density(f, kappa) / reading.squared_um()
+    directions.pair.factor() * per_albedo * spectrum(f, kappa) / reading.squared_um()
 }
 
 /// Scattering function of a transparent body in linear sRGB in 1/sr, from the colour table of the magnified relief and
-/// its size. Divided by the albedo where albedos are given. Zero unless both directions `[wi, wo]` lie off the horizon.
+/// its size. Divided by A where albedos are given. Zero unless both directions `[wi, wo]` lie off the horizon.
 #[inline(always)]
 pub(crate) fn colour_at_body<N: Numbers>(
     body: TransparentBody,
@@ -159,7 +159,7 @@ impl<N: Numbers> Sides<N> for TransparentBody {
         let reflected = reflected_probability(&incident);
         let is_reflected = u[0].lt(reflected);
         let to_below = (incident.is_below & is_reflected) | (!incident.is_below & !is_reflected);
-        // Uniform in [0, 1) again, given the side.
+        // Given the side, u[0] is uniform in a part of [0, 1). Rescaled to all of it, it serves the next choice.
         let rescaled = N::Real::select(is_reflected, u[0] / reflected, (u[0] - reflected) / (one - reflected));
         (to_below, [rescaled.clip(zero, N::Real::lit(BELOW_ONE)), u[1], u[2]])
     }
@@ -236,8 +236,8 @@ impl<N: Numbers> PerWavelength<N> for TransmissiveLobe<'_, N> {
     fn value(&self, directions: &BodyDirections<N>, nm: N::Real, active: N::Mask) -> N::Real {
         let reading = self.relief.reading(nm);
         let (frequency, kappa) = directions.pair.at(&reading);
-        let density = self.relief.table().density_of(frequency, kappa, reading.window, active);
-        let undivided = directions.pair.factor() * density / reading.squared_um();
+        let spectrum = self.relief.table().density_of(frequency, kappa, reading.window, active);
+        let undivided = directions.pair.factor() * spectrum / reading.squared_um();
         let value = match self.relief.albedo() {
             None => undivided,
             Some(albedo) => {

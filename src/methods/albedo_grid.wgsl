@@ -11,15 +11,15 @@
 
 // Place of a direction in the grid.
 struct GridPlace {
-    // Index of its cell in a plane, [row along y][column along x].
+    // Index of its cell in one table of the grid, [row along y][column along x].
     cell: u32,
     // Position in the cell along x and y, 0 to 1.
     fraction: vec2<f32>,
-    // 1/cos²θ, the factor on the tabulated value (A - 1)·cos²θ, which stays finite at the horizon.
+    // 1/cos²θ, the factor that turns the tabulated (A - 1)·cos²θ, finite at the horizon, into A - 1.
     per_squared_cosine: f32,
 }
 
-// Place of a direction of unit length.
+// Place of a direction of unit length; a cosine w.z below DIVISOR_MIN, also a negative one, counts as DIVISOR_MIN.
 fn place(w: vec3<f32>) -> GridPlace {
     let cosine = clamp(w.z, DIVISOR_MIN, 1.0);
     let scale = 1.0 / sqrt((1.0 + sqrt(cosine)) * (1.0 + cosine));

@@ -86,6 +86,7 @@ impl Sampler {
     pub fn new(table: &SpectralTable, options: &Options) -> Self {
         let axes = orders::axes(table);
         let count: f64 = axes.iter().map(|axis| axis.propagating(TYPICAL_WAVELENGTH_UM, options.reach)).product();
+        // A grating varies along one axis only.
         let is_grating = axes.iter().any(|axis| axis.nodes == 1);
         let count_max = if is_grating { GRATING_ORDERS_MAX } else { CROSSED_ORDERS_MAX };
         let obliquity = options.sampling_obliquity();
@@ -154,7 +155,8 @@ impl<N: Numbers> SamplerView<N> {
     }
 
     /// Density of [`SamplerView::draw`] over the plane of tangential wave vectors; zero where the mask is false.
-    /// `outgoing` is the tangential part of the outgoing wave vector, times [`Passage::turn`].
+    /// `outgoing` is the tangential part of the outgoing wave vector, times the sign [`Passage::turn`]. Its unit is the
+    /// wave number, that in the medium at a transparent body.
     #[inline(always)]
     pub(crate) fn density(
         &self,

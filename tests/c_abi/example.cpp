@@ -49,7 +49,7 @@ struct Vertex {
 /// Distance in floats between a member of a vertex and that of the next one.
 constexpr std::ptrdiff_t STRIDE = sizeof(Vertex) / sizeof(float);
 
-/// Throws unless the expectation `what` holds.
+/// Throws unless the expectation `what` holds: an error of another class than those of the library.
 void expect(bool holds, const char *what) {
     if (!holds)
         throw std::logic_error(what);

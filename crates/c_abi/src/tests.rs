@@ -95,6 +95,7 @@ fn batches_match_the_library() {
 fn sample_weights_match_eval_and_pdf() {
     let surface = new(r#"{"preset":"blazed","coherence_length":8,"conserve_energy":false,"eta":1.5}"#).unwrap();
     let count = 200;
+    // Multiples of the golden ratio: numbers that fill [0, 1) evenly.
     let u: Vec<f32> = (0..3 * count).map(|i| (i as f32 * 0.618_034).fract()).collect();
     // Incidence at 74°, from which some samples fall below the horizon.
     let (wi, nm) = ([0.96, 0.0, 0.28], [450.0, 600.0]);
@@ -106,7 +107,8 @@ fn sample_weights_match_eval_and_pdf() {
         let (wo_out, pdf_out, weight_out) = (out(&mut wo, 3), out(&mut pdf, 1), out(&mut weight, 2));
         let status = sunbeam_surface_sample(surface, count, wi, 2, nm, floats(&u, 3), wo_out, pdf_out, weight_out);
         assert_eq!(status, Status::Ok, "{}", message());
-        // A sample below the horizon has zeros for its direction, which `eval_pdf` refuses. DOWN has the same values.
+        // A sample below the horizon has zeros for its direction, which `eval_pdf` refuses. DOWN, which it accepts,
+        // also has `f` and `pdf` of 0.
         for sampled in wo.chunks_mut(3).filter(|w| w[2] == 0.0) {
             sampled.copy_from_slice(&DOWN);
         }
@@ -248,6 +250,7 @@ fn heights_from_memory_are_those_of_a_scan() {
     let (nx, ny) = (6, 4);
     let heights: Vec<f32> = (0..10 * ny).map(|i| 0.02 * ((i * i) % 7) as f32).collect();
     let json = r#"{"coherence_length":2,"tolerance":0.01,"conserve_energy":false}"#;
+    // Pixels are `pixel` × 0.2 µm.
     let make = |json: &str, nx: usize, ny: usize, pixel: f64| {
         let (json, mut surface) = (CString::new(json).unwrap(), null_mut());
         // SAFETY: the array holds `ny` rows of `nx` heights, or the size is refused before any height is read.
@@ -260,6 +263,7 @@ fn heights_from_memory_are_those_of_a_scan() {
     assert_eq!(status, Status::Ok, "{}", message());
     let rows = ndarray::Array2::from_shape_fn((ny, nx), |(iy, ix)| f64::from(heights[10 * iy + ix]));
     let field = sunbeam::height_field::HeightField::new(rows, 0.1, 0.2).unwrap();
+    // Aperiodic tiling, and levelling by a plane below, are the defaults for scans and for heights from memory.
     let options = sunbeam::scattering::Options {
         coherence_length_um: 2.0,
         tiling: sunbeam::table::Tiling::Aperiodic,
@@ -372,6 +376,7 @@ fn films_give_samples_on_both_sides() {
     let json = r#"{"preset":"blazed","coherence_length":8,"conserve_energy":false,"eta":1.5,"transmission":"film"}"#;
     let surface = new(json).unwrap();
     let count = 200;
+    // Multiples of the golden ratio: numbers that fill [0, 1) evenly.
     let u: Vec<f32> = (0..3 * count).map(|i| (i as f32 * 0.618_034).fract()).collect();
     let (wi, nm) = ([0.6, 0.0, 0.8], [550.0]);
     let (mut wo, mut pdf, mut weight) = (vec![0.0; 3 * count], vec![0.0; count], vec![0.0; count]);

@@ -113,7 +113,8 @@ struct Spacing {
 }
 
 impl Spacing {
-    /// The spacing by the grating equation, from the angle of the peak at each wavelength. `sin_i` is sin θi.
+    /// The spacing by the grating equation, from the angle of the peak at each wavelength, of which there is at least
+    /// one. `sin_i` is sin θi. No peak is at order zero, θr = −θi, where the divisor is 0.
     fn new(wavelengths_nm: &[f64], peaks_deg: &[f64], sin_i: f64) -> Self {
         let spacing = |(nm, peak): (&f64, &f64)| nm / (sin_i + peak.to_radians().sin());
         let spacings: Vec<f64> = wavelengths_nm.iter().zip(peaks_deg).map(spacing).collect();

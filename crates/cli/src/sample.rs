@@ -44,7 +44,7 @@ struct Query {
 struct Answer {
     /// The sampled direction; `None` below the horizon.
     wo: Option<Vec3>,
-    /// Density per solid angle, the mean over the wavelengths.
+    /// Density in 1/sr, the mean over the wavelengths.
     pdf: f64,
     /// Weight at each wavelength.
     weight: Numbers,

@@ -44,7 +44,7 @@ pub enum GpuError {
     /// Data larger than the largest buffer that the adapter can bind to a shader.
     #[error("{what} takes {needed} bytes, but the GPU adapter {adapter} takes at most {most} in one buffer")]
     TooLarge {
-        /// The data.
+        /// Name of the data in the message.
         what: String,
         /// Size of the data in bytes.
         needed: u64,
@@ -58,7 +58,7 @@ pub enum GpuError {
     TooWide {
         /// Name of the picture in the message.
         what: &'static str,
-        /// The side in pixels that exceeds the limit.
+        /// Length in pixels of the side that exceeds the limit.
         needed: u64,
         /// The adapter's limit in pixels.
         most: u64,

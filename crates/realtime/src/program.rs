@@ -51,8 +51,8 @@ pub(super) fn resolve() -> String {
     [PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, FRAME, wgsl!("wgsl/resolve.wgsl")].join("\n")
 }
 
-/// Name and source of every program of this crate: the shading program with each method, and with the options that
-/// change its WGSL, then the others. Tests pass the programs to naga and to other compilers of WGSL.
+/// Name and source of every program of this crate, among them the shading program with each method, and with the
+/// options that change its WGSL. Tests pass the programs to naga and to other compilers of WGSL.
 ///
 /// # Errors
 /// Errors of building the methods.
@@ -60,14 +60,14 @@ pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let field = Preset::Sinusoidal.build(None, None)?;
     // Energy conservation changes the WGSL, and only the method `table` has it.
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
-    // A film of index 1.5 under a coherence window of 65 µm.
-    let film = Options { body: Some(TransparentBody::new(1.5, true, 65.0)), ..patch.clone() };
+    let (coherence_length_um, build_limit) = (65.0, 1.0);
+    // A film of index 1.5.
+    let film = Options { body: Some(TransparentBody::new(1.5, true, coherence_length_um)), ..patch.clone() };
     let default = MethodOptions::default();
     let gems = MethodOptions { stam_form: StamForm::Gems, ..default };
-    // A perfect conductor with a coherence window of 65 µm. At a period of 0.3 µm few orders propagate, so that the
-    // solution is quick.
+    // A perfect conductor. At a period of 0.3 µm few orders propagate, so that the solution is quick.
     let profile = preset_profile(Preset::Sinusoidal, Some(0.3), Some(0.05))?.ok_or("this preset is no grating")?;
-    let grating = GratingSurface::new(&profile, None, 65.0, 1.0, &Progress::none())?;
+    let grating = GratingSurface::new(&profile, None, coherence_length_um, build_limit, &Progress::none())?;
     let fixed = [
         ("shade, no method", shade(&no_method())),
         ("shade, grating", shade(&GratingColourSurface::new(grating).shader())),

@@ -10,11 +10,11 @@ use bytemuck::{Pod, Zeroable};
 pub(super) struct ListLengths {
     /// Number of queries (layout.rs) that the method answers.
     pub chosen: u32,
-    /// Number of pixels that need a ray through the tree.
+    /// Number of pixels that need a ray through the mesh's tree of bounding boxes.
     pub rest: u32,
-    /// Number of pixels with a triangle.
+    /// Number of pixels with a triangle of the rasteriser.
     pub skin: u32,
-    /// Number of pixels without a triangle.
+    /// Number of pixels without one.
     pub bare: u32,
 }
 
@@ -33,7 +33,7 @@ const QUERY_BYTES: u64 = size_of::<Query>() as u64;
 /// possible, but few adapters have textures above 16 384.
 const SIDE: std::ops::RangeInclusive<u32> = 1..=16_384;
 
-/// Format of the rasteriser's triangle numbers.
+/// Format of [`Target::seen`].
 pub(super) const SEEN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 /// Format of depth maps.
 pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
@@ -42,7 +42,7 @@ pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth3
 pub struct Target {
     width: u32,
     height: u32,
-    /// The rasteriser's triangle number plus 1 of each pixel; 0 for none.
+    /// Index, plus 1, of the triangle that the rasteriser found at each pixel; 0 for none.
     pub(super) seen: wgpu::TextureView,
     /// The rasteriser's depth buffer.
     pub(super) depth: wgpu::TextureView,

@@ -90,7 +90,7 @@ impl<'a> Air<'a> {
         let waves = Waves::propagating(period, t, b);
         let (alpha, beta) = (&waves.alpha, &waves.beta);
         let nodes = &mesh.coarse;
-        // The stride 1 makes every node a target. `outgoing` is κ, imaginary for a negative κ².
+        // The stride 1 makes every node a target. `outgoing(κ²)` is κ, imaginary for a negative κ².
         let layers = layer_matrices(nodes, 1, outgoing(kappa_squared.into()), b)?;
         let mut exterior = -layers.double;
         exterior.diag_mut().map_inplace(|value| *value += 0.5);
@@ -220,8 +220,8 @@ impl<'a> Air<'a> {
         let absorbed = (0..count)
             .map(|from| {
                 [from, count + from].map(|column| {
-                    let inward = [0, 1].map(|i| self.inward(&fields[i], &fluxes[i], column));
-                    // The incident wave, of amplitude 1, carries the power d·βm in the unit of `inward`.
+                    let inward = [0, 1].map(|component| self.inward(&fields[component], &fluxes[component], column));
+                    // The incident wave, of order n and amplitude 1, carries the power d·βn in the unit of `inward`.
                     (inward[0] + inward[1]) / (self.mesh.profile().period_um() * self.waves.beta[from])
                 })
             })
@@ -290,7 +290,7 @@ impl<'a> Air<'a> {
         &self.single
     }
 
-    /// `½ − K + weight·S W`, the system of Ey or Hy without coupling. `single_response` is S W.
+    /// `½ − K + weight·S W`, the system of Ey or Hy without coupling. `single_response` is S W, the speed included.
     fn uncoupled_system(&self, single_response: &Matrix, weight: Complex64) -> Matrix {
         let n = self.mesh.nodes();
         from_fn(n, n, |i, j| self.exterior[(i, j)] + weight * single_response[(i, j)])
@@ -346,8 +346,8 @@ pub(crate) struct Continuity {
 impl Continuity {
     /// Whether Ey and Hy are solved together. Separately they take a quarter of the time.
     ///
-    /// At ky = 0, rounding leaves up to 8ε of ky²/k² = 1 − κ²/k²: some seven roundings of κ/k by ε/2, which its square
-    /// doubles.
+    /// They are if |coupling|² exceeds the rounding of ky²/k² = 1 − κ²/k². At ky = 0 this leaves up to 8ε: some seven
+    /// roundings of κ/k by ε/2, which its square doubles.
     fn is_coupled(&self) -> bool {
         self.coupling.norm_sqr() > 8.0 * f64::EPSILON
     }

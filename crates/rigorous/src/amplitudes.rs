@@ -36,8 +36,8 @@ pub struct Amplitudes {
 }
 
 impl Amplitudes {
-    /// Collects the Jones matrices. `amplitude(out, in)` is the matrix without the factor √(βm/βn), where n is the
-    /// incident order; `out` and `in` are positions in `waves`. `absorbed` is `[incident order][incident state]`.
+    /// Collects the Jones matrices. `amplitude(out, in)` is the matrix from incident order n to order m, without the
+    /// factor √(βm/βn). `out` and `in` are positions in `waves`. `absorbed` is `[incident order][incident state]`.
     pub(crate) fn new(waves: &Waves, amplitude: impl Fn(usize, usize) -> Jones, absorbed: Vec<[f64; 2]>) -> Self {
         let (count, beta) = (waves.orders.len(), &waves.beta);
         let jones = (0..count * count)
@@ -82,7 +82,7 @@ impl Amplitudes {
     /// Fractions of the incident power that cross into the lower medium, for light incident in order `from` in the
     /// states Ey and Hy: absorbed by a metal, transmitted into a dielectric. Zero where the order does not propagate.
     ///
-    /// They come from integrals of the fields on the curve, not from the amplitudes of the orders. This makes
+    /// They come from integrals of the fields on the profile, not from the amplitudes of the orders. This makes
     /// [`Amplitudes::balance_error`] a check.
     pub fn absorbed(&self, from: i32) -> [f64; 2] {
         self.position(from).map_or([0.0; 2], |from| self.absorbed[from])

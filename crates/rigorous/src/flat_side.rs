@@ -15,9 +15,9 @@
 //! rotation that maps b to a. The Jones matrix is `tp·U + (ts − tp)·a bᵀ`: it multiplies the part of the light along b
 //! by ts and the part orthogonal to b by tp, and turns both from the medium's basis to that of the air.
 //!
-//! The vectors a and b have the denominator |K|·√(1 − d.y²). The elements of U and of `a bᵀ` therefore have the factor
-//! 1/K². It is cancelled below, with the identities in the comments. The results are finite for K = 0 and analytic in
-//! Ky, which serves the continuation to imaginary Ky.
+//! The components of a and b have the denominator |K|·√(1 − d.y²). The elements of U and of `a bᵀ` therefore have the
+//! factor 1/K². The code cancels it, by the identities in its comments. The results are finite for K = 0 and analytic
+//! in Ky, so they also hold for imaginary Ky.
 
 use crate::{Jones, Order};
 use num_complex::Complex64;
@@ -55,12 +55,12 @@ pub(crate) fn multiply(a: &Jones, b: &Jones) -> Jones {
 
 impl Order {
     /// The order after the flat lower side of a film of index `eta`, in the air below it; `None` where that side
-    /// reflects the order totally. The direction of the order is one within the medium, with negative z.
+    /// reflects the order totally. `self` is an order in the medium: its direction has negative z.
     ///
     /// ```
     /// use sunbeam_rigorous::{Profile, solve_both_sides};
     ///
-    /// // Order 2 of 550 nm has the sine 1.1 in air, and is trapped.
+    /// // At 550 nm, order −2 would have the sine −1.1 in air: it is trapped.
     /// let solved = solve_both_sides(&Profile::sinusoid(1.0, 0.2)?, 1.5, 550.0, [0.0, 0.0, 1.0])?;
     /// let is_trapped = |index: i32| {
     ///     let order = solved.below.iter().find(|order| order.index == index).expect("it propagates");
@@ -138,7 +138,7 @@ mod tests {
             let squared = (k_x * k_x + k_y * k_y).re;
             passage(1.5, k_x, k_y, [(1.0 - squared).sqrt(), (2.25 - squared).sqrt()], true)
         };
-        // K² is zero in the third, where Kx is not.
+        // In the third case K² is zero, but Kx is not.
         for (k_x, k_y) in [(0.0, Complex64::ZERO), (1e-9, Complex64::from(1e-9)), (0.3, Complex64::new(0.0, 0.3))] {
             let [[ee, eh], [he, hh]] = at(k_x, k_y);
             // Both states of a plane of incidence have the amplitude 2√n/(1 + n) at K = 0. Its square is 0.96.

@@ -6,7 +6,8 @@
 // task that resumes after an `await` is stale if this number has changed. It must then end without an effect.
 //
 // `page.engine` builds data in Web Workers, the *makers*. The *artist* is the worker that draws pictures with WebGPU.
-// *Keys* name the settings that data depend on (`currentKeys`).
+// *Keys* name the settings that data depend on (`currentKeys`). `page.held` has the keys of the data that the artist
+// has. `page.opening` resolves when the attempt to open a graphics device has ended.
 
 import { updateAddress } from "./address.js";
 import { showControls } from "./panel.js";
@@ -18,7 +19,7 @@ import { showMessage, showProgress, titleOf } from "./words.js";
 
 /**
  * Delay in ms before the evaluator of spectra is built, which no picture needs. A shorter one would start builds
- * between two quick changes of the settings, which the second change cancels.
+ * between two quick changes of the settings, only for the second change to cancel them; a longer one delays spectra.
  */
 const SPECTRA_DELAY_MS = 300;
 
@@ -97,7 +98,7 @@ async function makeSurface(keys, stale) {
   const seconds = (performance.now() - start) / 1e3;
   await page.opening;
   if (stale()) return;
-  // Without a device, now or when the build began, the CPU draws maps. `recover` builds for a device that opens later.
+  // Without a device, now or when the build began, the CPU draws maps. `recover` (picture.js) builds for later ones.
   if (!page.adapter || !bytes) {
     await engine.reflectance(settings, keys.method, report);
     return;

@@ -8,7 +8,10 @@ import { page } from "./state.js";
 import { orderPicture } from "./view.js";
 import { showMessage } from "./words.js";
 
-/** Applies `edit` to a copy of the settings and makes the copy current. If the library refuses it, shows the error. */
+/**
+ * Applies `edit` to a copy of the settings, which the library checks and completes with defaults, and makes the copy
+ * current. If the library refuses it, shows the error, and in the controls the settings that stay.
+ */
 export function change(edit) {
   const next = structuredClone(page.settings);
   edit(next);

@@ -11,8 +11,8 @@ use sunbeam::methods::{self, Method, MethodKind};
 use sunbeam::table::{BuildDemand, Progress, Purpose, Tiling};
 use sunbeam::transform::{Periods, periods};
 
-/// Largest estimated memory of a build in bytes. WebAssembly has at most 4 GB, and phones give a page less. A larger
-/// limit admits builds that phones end; a smaller one refuses builds that most machines can do.
+/// Largest estimated memory of a build in bytes. WebAssembly has at most 4 GB, and phones give a page less. With a
+/// larger limit phones would end the page during some builds; a smaller one refuses builds that most machines can do.
 const LIMIT_BYTES: f64 = 1.5e9;
 /// Largest number of points of a height field: 4096², the size of the largest usual scans.
 const POINTS_MAX: usize = 4096 * 4096;
@@ -107,7 +107,7 @@ impl Relief {
         &self.field
     }
 
-    /// The heights as methods are built from them: magnified by the index of the cover.
+    /// The heights as methods are built from them: magnified by the index of the cover or of the film.
     fn inside(&self, settings: &Settings) -> HeightField {
         settings.surface.inside(self.field.clone())
     }

@@ -39,7 +39,7 @@ enum Source {
 }
 
 impl Spectra {
-    /// Builds the source of spectra for the settings' method. `field` is magnified by the index of the cover.
+    /// Builds the source of spectra for the settings' method. `field` is magnified by the index of the cover or film.
     ///
     /// # Errors
     /// [`WebError::Limit`] for a build that needs too much memory or time, [`WebError::Settings`] for options that do
@@ -61,16 +61,16 @@ impl Spectra {
     }
 
     /// `f_r` in 1/sr at each of [`SPECTRUM_COUNT`] wavelengths. `wi` is the unit vector to the light and `wo` that to
-    /// the viewer. The result is empty if the method has no values by wavelength. It is 0 unless both directions lie
-    /// above the surface.
+    /// the viewer. All values are 0 unless both directions lie above the surface. For such directions the result is
+    /// empty if the method has no values by wavelength.
     pub fn spectrum(&self, wi: Vec3, wo: Vec3) -> Vec<f32> {
         let black = || vec![0.0; SPECTRUM_COUNT];
-        let Some(Inside { wi, wo, factor: cover, .. }) = Inside::new(self.cover, wi, wo) else { return black() };
+        let Some(Inside { wi, wo, factor: cover_factor, .. }) = Inside::new(self.cover, wi, wo) else { return black() };
         let Some(pair) = Pair::new(wi, wo) else { return black() };
         let cover_and_interface = match self.model.body {
             // A film has no cover, and its values include the interface.
             Some(_) => 1.0,
-            None => cover * pair.interface(Some(self.index), self.model.obliquity),
+            None => cover_factor * pair.interface(Some(self.index), self.model.obliquity),
         };
         let f_r = |wavelength_nm: f64| match &self.source {
             Source::Surface(surface) => Some(cover_and_interface * surface.eval(wi, wo, wavelength_nm)),

@@ -203,10 +203,11 @@ impl Artist {
         };
         let seen = match target.pixel_at(f64::from(x), f64::from(y)) {
             Some((column, row)) => target.read_query(&self.gpu, column, row)?,
-            // Its kind is [`Query::NOTHING`].
+            // Beside the picture: a query of the kind [`Query::NOTHING`].
             None => Query::default(),
         };
-        // `SKIN` is the mesh, and z is its normal. An opaque surface that is lit from below reflects nothing.
+        // Only the mesh, `SKIN`, has a map. Its normal is z, so wi.z ≤ 0 is light from below, which an opaque surface
+        // does not reflect.
         if seen.kind != Query::SKIN || (seen.wi[2] <= 0.0 && !shader.is_film()) {
             self.map_side = Some(hemisphere::FINEST_SIDE);
             return Ok(Some(Done::Map(None)));

@@ -24,7 +24,8 @@ impl<T: Send + 'static> Task<T> {
         Self { result, start: Instant::now() }
     }
 
-    /// The result when the work has ended; `None` before. After the result has been returned, it is an error.
+    /// The result when the work has ended; `None` before. An error where the work panicked, and in calls after the one
+    /// that returned the result.
     pub(crate) fn poll(&self) -> Option<Result<T, String>> {
         match self.result.try_recv() {
             Ok(result) => Some(result),

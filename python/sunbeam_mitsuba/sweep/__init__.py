@@ -17,6 +17,7 @@ and from Python::
     if __name__ == "__main__":
         outcome = sweep.run(sweep.read_spec("species.toml"))
 
+The condition keeps worker processes, which import the script, from starting sweeps of their own.
 The extra ``sweep`` (``pip install "sunbeam-mitsuba[sweep]"``) installs its dependencies, among them Dask and PyArrow.
 
 Modules, in the order of the data:
@@ -24,8 +25,8 @@ Modules, in the order of the data:
 - ``limits``, ``sampling`` and ``spec``: the specification, and the cases that it defines;
 - ``wants/``: the wanted figures, computed with ``reflector`` (BSDF and albedo), ``colours``, ``pictures`` and
   ``command`` (the command ``sunbeam``);
-- ``work``: computes cases in the workers, with ``tables`` (memory of surfaces) and ``instruments`` (their files), and
-  writes the results into the ``store``;
+- ``work``: computes cases in the workers, with ``tables`` (memory of surfaces) and ``instruments`` (files in formats of
+  measuring instruments), and writes the results into the ``store``;
 - ``cluster`` and ``drive``: start the workers, processes of a Dask cluster, and distribute the cases among them;
 - ``report`` and ``sheet``: read the store, and write the tables and the contact sheet;
 - ``run`` and ``command_line``: the whole sweep, with ``progress`` on stderr.
@@ -33,6 +34,7 @@ Modules, in the order of the data:
 
 from __future__ import annotations
 
+# Packages of the extra; their absence is told here, before a module of this package imports one.
 try:
     import distributed as _distributed  # noqa: F401
     import filelock as _filelock  # noqa: F401

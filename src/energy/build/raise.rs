@@ -1,10 +1,11 @@
 //! Raises the nodes about cells in which the table lies below the divisor that it needs: the last step of a build.
 //!
 //! Symbols are those of [`build.rs`](super): `t` is the divisor that a direction needs, and `b` a known lower bound of
-//! divisors. Nodes lie on the grid's corners, in groups of wavelengths with gaps between them.
+//! divisors. Nodes lie on the corners of the grid's cells, in groups of wavelengths with gaps between them. A node has
+//! `(A − 1)·cos²θ` of its divisor A, for K planes.
 //!
-//! - The *deficit* of a cell is the largest amount by which `t` exceeds the table, linear between nodes, at the cell's
-//!   check points.
+//! - The *deficit* of a cell is the largest amount by which the value that `t` requires exceeds the table, linear
+//!   between nodes, at the cell's check points. It is never negative.
 //! - A relief is *deep* if its phase changes so much across a cell that `t` fluctuates there ([`DEEP_RIDGE_PHASE`]).
 
 use super::{Builder, Nodes};
@@ -33,8 +34,7 @@ const DEEP_CHECK_POINTS: [[f64; 3]; 4] =
 const DEEP_INCREASE: f32 = 1.5;
 
 impl<const K: usize> Builder<'_, K> {
-    /// Raises the corners of cells where the table, linear between nodes, lies below `t`. `b` has the coarse nodes with
-    /// the known divisors.
+    /// Raises the corners of the cells that have a deficit. `b` has the coarse nodes with the known divisors.
     ///
     /// - Cells are checked in their centre, unless nothing is divided at any corner.
     /// - Cells on the horizon are also checked close to it ([`Grid::on_rim`]).
@@ -82,11 +82,11 @@ impl<const K: usize> Builder<'_, K> {
         (0..self.gaps() * rows * cells).into_par_iter().map(deficit_of).collect()
     }
 
-    /// Largest difference between `t` and the table, linear between nodes, at the check points of the cell `[gap, y,
-    /// x]`; zero where the table is large enough. `b` has the coarse nodes with the known divisors.
+    /// Deficit of the cell `[gap, y, x]` in each plane. `b` has the coarse nodes with the known divisors.
     fn deficit(&self, table: &Nodes<K>, b: &Nodes<K>, cell: [usize; 3], is_deep: bool) -> [f32; K] {
         let (grid, [gap, y, x]) = (table.grid, cell);
         let corners = self.corners(grid, cell);
+        // A value of zero divides nothing.
         let is_divided = corners.iter().any(|&node| table.values[node] != [0.0; K]);
         // Check points: fractions of the cell along x, along y and to the next group.
         let inside: &[[f64; 3]] = match is_deep {
@@ -99,6 +99,7 @@ impl<const K: usize> Builder<'_, K> {
         let mut deficit = [0f32; K];
         for point in inside.iter().copied().chain(rim) {
             let (wi, radius) = grid.direction([x as f64 + point[0], y as f64 + point[1]]);
+            // No direction lies beyond the horizon.
             if radius >= 1.0 {
                 continue;
             }
@@ -110,9 +111,9 @@ impl<const K: usize> Builder<'_, K> {
                 (0..K).for_each(|k| interpolated[k] += weight * f64::from(table.values[node][k]));
             }
             let group_at = if self.groups > 1 { gap as f64 + point[2] } else { 0.0 };
-            // Orders stay in place: only nodes stand for a box of incidences.
-            let t = self.divisor(wi, group_at, &(self.group)(group_at), Some(b), None);
-            let is_node = false;
+            // Orders are not moved onto ridges, and the margin is not added: both are for nodes alone.
+            let (ridge, is_node) = (None, false);
+            let t = self.divisor(wi, group_at, &(self.group)(group_at), Some(b), ridge);
             let needed = self.tabulated(t, is_node, wi, radius, grid);
             deficit = std::array::from_fn(|k| deficit[k].max((needed[k] - interpolated[k]) as f32));
         }

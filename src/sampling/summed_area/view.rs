@@ -35,8 +35,8 @@ pub struct SummedAreaView<N: Numbers> {
 }
 
 impl<N: Numbers> SummedAreaView<N> {
-    /// The smallest rectangle of blocks that contains all nodes between two positions, given in nodes along x and y.
-    /// Empty where there are none.
+    /// Blocks that contain all nodes between the positions `low` and `high`, in nodes along x and y, cut to the grid. A
+    /// range without a node has one block or none along its axis.
     #[inline(always)]
     pub fn rectangle(&self, low: [N::Real; 2], high: [N::Real; 2]) -> Rectangle<N> {
         let lit = N::Real::lit;
@@ -69,7 +69,7 @@ impl<N: Numbers> SummedAreaView<N> {
         let block = block_y * N::Index::lit(self.layout.blocks[0]) + block_x;
         let [x, y] = node.map(|n| n & N::Index::lit(BLOCK as u32 - 1));
         let within = y * N::Index::lit(BLOCK as u32) + x;
-        // Index in pairs of words, one pair per node.
+        // Index in pairs of words, one pair per node; a packet has two pairs.
         let index = N::Index::lit(2 * self.layout.masses) + block * N::Index::lit(2 * BLOCK_PACKETS) + within;
         let [a, b] = N::gather::<2>(self.words, index, active);
         let (low, high) = (N::Index::lit(0xffff), N::Index::lit(0xffff_0000));
@@ -131,6 +131,7 @@ impl<N: Numbers> SummedAreaView<N> {
     pub fn choose(&self, rectangle: &Rectangle<N>, band: N::Index, u: [N::Real; 2], active: N::Mask) -> Drawn<N> {
         let Rectangle { low: [left, bottom], high: [right, top] } = *rectangle;
         let sum = |x: N::Index, y: N::Index, active: N::Mask| {
+            // A packet of the corner has four words, one for each band.
             let [sum] = N::gather::<1>(self.words, (self.corner(x, y) << 2) + band, active);
             sum
         };
@@ -142,7 +143,8 @@ impl<N: Numbers> SummedAreaView<N> {
         let before_column =
             |column: N::Index, active: N::Mask| sum(column, row + one, active) - sum(column, row, active);
         let (column, u) = bisect::<N>([left, right], u[0], active, before_column);
-        // Counts of the block's nodes, [node along y][node along x], in the band. A packet holds two nodes.
+        // Counts of the block's nodes, [node along y][node along x], in the band. A packet holds two nodes, so the four
+        // nodes of a row fill two packets.
         let block = row * N::Index::lit(self.layout.blocks[0]) + column;
         let packet = N::Index::lit(self.layout.masses) + block * N::Index::lit(BLOCK_PACKETS);
         // Bands 0 and 1 are the halves of a node's first word, 2 and 3 those of its second.

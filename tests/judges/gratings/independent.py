@@ -15,7 +15,10 @@ from .profile import Sinusoid
 
 
 def _waves(period: float, wavelength_nm: float, theta_i_deg: float, evanescent: int) -> Lattice:
-    """The plane waves that represent the field, with at least `evanescent` evanescent ones to either side."""
+    """The plane waves that represent the field, with at least `evanescent` evanescent ones to either side.
+
+    Light arrives from the direction `theta_i_deg` towards +x, so α_0 = −k sinθ_i.
+    """
     k = 2e3 * np.pi / wavelength_nm
     # Orders −count … count propagate at most, at any angle of incidence, with count = 2·period/λ.
     return Lattice(period, k, -k * np.sin(np.radians(theta_i_deg)), int(k * period / np.pi) + 1 + evanescent)
@@ -63,7 +66,7 @@ def lamellar_modes(
     project = (plus - minus) / 2j
     # ∂u/∂z of mode m at z = 0, over a_m sin(μ_m s).
     slopes = r / np.tan(r * height)
-    # u_n = −δ_n0 + Σ_m conj(project)_nm a_m / period; Σ_n iβ_n u_n project_nm − iβ_0 project_0m = a_m slope_m width/2.
+    # u_n = −δ_n0 + Σ_m conj(project)_nm a_m / period; Σ_n iβ_n u_n project_nm − iβ_0 project_0m = a_m slopes_m width/2.
     back = np.conj(project) / period
     system = project.T @ (1j * beta[:, None] * back) - np.diag(0.5 * width * slopes)
     a = np.linalg.solve(system, 2j * beta0 * project[mirror][0])
@@ -78,7 +81,7 @@ def lamellar_modes(
     slopes = -r * np.tan(r * height)
     # ∫ cos²(μ_m s) ds.
     norm = width * np.where(m == 0, 1, 0.5)
-    # iβ_n u_n = iβ_0 δ_n0 + Σ_m slope_m conj(project)_nm a_m / period; Σ_n u_n project_nm + project_0m = a_m norm_m.
+    # iβ_n u_n = iβ_0 δ_n0 + Σ_m slopes_m conj(project)_nm a_m / period; Σ_n u_n project_nm + project_0m = a_m norm_m.
     back = np.conj(project) * slopes / (1j * beta[:, None] * period)
     system = project.T @ back - np.diag(norm)
     a = np.linalg.solve(system, -2 * project[mirror][0])
@@ -91,7 +94,7 @@ def sinusoid_rayleigh(
 ) -> Efficiencies:
     """Rayleigh's expansion on a sinusoid: upward plane waves that obey the boundary condition by least squares.
 
-    The condition is u = 0 in TE and ∂u/∂n = 0 in TM, with n the normal, at `points` nodes. The expansion converges for
+    The condition is u = 0 in TE and ∂u/∂ν = 0 in TM, with ν the normal, at `points` nodes. The expansion converges for
     slopes of up to 0.448, or 24° (Petit and Cadilhac 1966; Millar 1971).
     """
     waves = _waves(profile.period, wavelength_nm, theta_i_deg, evanescent)
@@ -104,7 +107,7 @@ def sinusoid_rayleigh(
     down = np.exp(1j * (waves.alpha0 * at.x - waves.beta[waves.orders == 0] * z))
     # Scales of the columns: evanescent waves get unit amplitude at the ridges, so that all columns are of similar size.
     scale = np.exp(-waves.beta.imag * 0.5 * profile.height)[keep]
-    # ∂/∂n of each wave, over i times the wave.
+    # ∂/∂ν of each wave, over i times the wave.
     derivative_up = np.outer(at.normal_x, waves.alpha[keep]) + np.outer(at.normal_z, waves.beta[keep])
     derivative_down = at.normal_x * waves.alpha0 - at.normal_z * waves.beta[waves.orders == 0]
     te, tm = np.zeros((2, len(keep)), complex)

@@ -1,5 +1,6 @@
 """The project's powers of a grating's orders by theory, from `sunbeam orders` and `sunbeam eval`.
 
+A *judge* is an independent solver; `Judged` has its result for one grating and incidence.
 SCALAR is the phase screen times Fresnel's reflectance, with the obliquity factor `stam`, without energy conservation.
 FRESNEL is a perfect conductor by Maxwell's equations times Fresnel's reflectance. EXACT is Maxwell's equations with the
 index of the medium.
@@ -41,15 +42,19 @@ def fresnel(n: complex | None, wi, wo) -> np.ndarray:
     """Reflectance of unpolarised light at the half vector of two directions; 1 for a perfect conductor."""
     if n is None:
         return np.ones(np.shape(wo)[:-1])
-    # Cosine of the angle between either direction and the half vector, and n times that of the refracted light.
+    # Cosine of the angle between either direction and the half vector.
     cos = np.sqrt(0.5 * (1 + (np.asarray(wi) * wo).sum(axis=-1)))
+    # n times the cosine of the refracted light.
     inside = np.sqrt(n * n - 1 + cos**2 + 0j)
     s, p = (cos - inside) / (cos + inside), (n * n * cos - inside) / (n * n * cos + inside)
     return 0.5 * (np.abs(s) ** 2 + np.abs(p) ** 2)
 
 
 def powers(judged: Judged) -> dict[str, np.ndarray]:
-    """Fractions of unpolarised light in the judge's orders, by theory."""
+    """Fractions of unpolarised light in the judge's orders, by theory.
+
+    The key `mean` of an order is the mean of both polarisation states.
+    """
     setting = judged.setting
     medium = medium_arguments(setting)
     found = {
@@ -77,6 +82,7 @@ def tabulated(settings: list[Setting]) -> tuple[list[np.ndarray], list[np.ndarra
         questions += [{"wi": wi, "wo": order["direction"], "wavelength": setting.wavelength_nm} for order in entries]
     first = settings[0]
     asked = ["eval", "--method", "table", "--theory", "rigorous", *grating_arguments(first), *medium_arguments(first)]
+    # The BSDF in 1/sr at the centre of each order, of all settings in turn.
     values = np.array(ask([*asked, "--coherence-length", COHERENCE_LENGTH_UM], questions))
     parts = np.split(values, np.cumsum([len(part) for part in solved])[:-1])
     return [part * power_of_value(setting.wavelength_nm) for part, setting in zip(parts, settings)], solved
@@ -95,7 +101,10 @@ def s_and_p(d: np.ndarray) -> np.ndarray:
 
 
 def mueller(jones: np.ndarray) -> np.ndarray:
-    """Mueller matrices M_ij = ½ tr(σ_i J σ_j J†) of Jones matrices J (..., out, in) of s and p, with Pauli's σ."""
+    """Mueller matrices M_ij = ½ tr(σ_i J σ_j J†) of Jones matrices J (..., out, in) of s and p.
+
+    σ are Pauli's matrices in the order 1, σ_z, σ_x and −σ_y.
+    """
     pauli = np.array([[[1, 0], [0, 1]], [[1, 0], [0, -1]], [[0, 1], [1, 0]], [[0, 1j], [-1j, 0]]])
     return 0.5 * np.einsum("iab,...bc,jcd,...ad->...ij", pauli, jones, pauli, jones.conj()).real
 

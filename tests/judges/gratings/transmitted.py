@@ -23,7 +23,7 @@ FILE = ANSWERS / "transmitted.json"
 ETA, WAVELENGTHS_NM = 1.5, (450.0, 550.0, 650.0)
 # Names of the sawteeth on the page. Their facets are turned away from light of azimuth 0.
 SAWTOOTH, FACING = "sawtooth, turned away", "sawtooth, facing the light"
-# Name on the page, and grating.
+# Name on the page, and grating: preset, period and height in µm.
 GRATINGS = (
     ("sinusoid", Grating("sinusoidal", 2.0, 0.3)),
     ("sinusoid", Grating("sinusoidal", 2.0, 0.6)),
@@ -67,7 +67,7 @@ class Setting:
     @property
     def orders(self) -> np.ndarray:
         """The orders that propagate in the medium."""
-        # Beyond the largest of them.
+        # Larger than any of them.
         reach = int((ETA + 1) * 1e3 * self.grating.period / self.wavelength_nm) + 1
         orders = np.arange(-reach, reach + 1)
         return orders[np.linalg.norm(self.tangential(orders), axis=-1) < ETA]
@@ -91,7 +91,8 @@ def rigorous(setting: Setting) -> np.ndarray:
 def powers(setting: Setting, theory: list, eta: float) -> np.ndarray:
     """Powers of the transmitted orders by `sunbeam eval --method exact`, with its arguments `theory`.
 
-    In a medium of index `eta` the BSDF is larger by `eta`² than in air (docs/model.md#bodies-that-transmit).
+    In a medium of index `eta` the BSDF is larger by `eta`² than in air (docs/model.md#bodies-that-transmit), which the
+    power is not.
     """
     directions = setting.tangential(setting.orders) / eta
     down = -np.sqrt(1 - (directions**2).sum(axis=-1))
@@ -116,6 +117,7 @@ def phase_screen(setting: Setting) -> np.ndarray:
     # Mean of the transmittances of s and of p, which have the factor 4·normal·normal_refracted.
     s, p = 1 / (normal + normal_refracted) ** 2, (ETA / (ETA**2 * normal + normal_refracted)) ** 2
     fresnel = 2 * normal * normal_refracted * (s + p)
+    # Phase in rad of the highest point against the lowest, for each order.
     phase = 2e3 * np.pi * setting.grating.height / setting.wavelength_nm * (normal - normal_orders)
     return fresnel * screen_powers(setting.grating.preset, setting.orders, phase)
 
@@ -152,8 +154,8 @@ def change_of_coordinates(setting: Setting, factor: float) -> np.ndarray:
     problem = Problem(relief, nm, setting.theta_deg, setting.phi_deg, complex(ETA), resolution, 1.0)
     # Downward power in the medium over that of the incident light, `[state][order]`.
     below = [-flux(problem.solve(state)[1]) / abs(flux(problem.incident(state)[None])[0]) for state in "sp"]
-    powers = dict(zip(problem.jx.tolist(), np.mean(below, axis=0)))
-    return np.array([powers[order] for order in setting.orders.tolist()])
+    by_order = dict(zip(problem.jx.tolist(), np.mean(below, axis=0)))
+    return np.array([by_order[order] for order in setting.orders.tolist()])
 
 
 def scatmech(setting: Setting, waves: int, levels: int) -> np.ndarray:

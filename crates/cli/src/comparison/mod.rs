@@ -68,7 +68,7 @@ pub(crate) fn compare(
     Ok(Comparison { figures, exposure_stops, pixels: chosen.len(), shown, flip_map })
 }
 
-/// Refuses a picture or mask, named by `what`, whose size is not the expected one.
+/// Refuses a picture or mask, named by `what`, whose width and height are not the expected ones.
 fn check_size(what: &'static str, expected: (usize, usize), found: (usize, usize)) -> Result<(), CompareError> {
     if expected == found { Ok(()) } else { Err(CompareError::Size { what, expected, found }) }
 }

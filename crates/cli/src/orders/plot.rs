@@ -1,4 +1,5 @@
-//! The plot of `sunbeam orders`: efficiencies of the strongest orders over the quantity that varies.
+//! The plot of `sunbeam orders`: efficiencies of the strongest orders over the quantity that varies, such as the
+//! wavelength.
 
 use super::solve::{Order, Side};
 use super::{Curve, Point};
@@ -38,6 +39,7 @@ pub(super) fn svg(curve: &Curve) -> String {
     let (title, columns) = ("", 1);
     let mut chart = Chart::new(SIZE, title, x, y);
     for (line, colour) in lines.iter().zip(COLOURS) {
+        // Widths and dashes are in pixels.
         let mean = Stroke::solid(colour, 3.0);
         chart.curve(line.values(curve, |order| Some(order.mean)), mean);
         chart.curve(line.values(curve, |order| order.te), Stroke { colour, width: 1.0, dashes: "8 4" });

@@ -39,6 +39,7 @@ fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
 }
 
 /// Whether most pairs of the first [`PROBE_BYTES`] have a NUL at `index` (0 or 1), and none has one at the other index.
+/// False for fewer than two pairs, which tell too little.
 fn has_nul_at(bytes: &[u8], index: usize) -> bool {
     let pairs = || bytes[..bytes.len().min(PROBE_BYTES)].chunks_exact(2);
     let with_nul = pairs().filter(|pair| pair[index] == 0).count();

@@ -7,9 +7,9 @@ use ndarray::Array2;
 use png::{BitDepth, ColorType, PixelDimensions, Unit};
 use std::io::Cursor;
 
-/// Text chunk with the height of white in µm.
+/// Keyword of the text chunk with the height of white in µm.
 const MAX_HEIGHT: &str = "max_height_um";
-/// Text chunks with the pixel size along x and y in µm.
+/// Keywords of the text chunks with the pixel size along x and y in µm.
 const PIXEL_SIZE: [&str; 2] = ["pixel_size_x_um", "pixel_size_y_um"];
 /// Smallest resolution that counts as a measured pixel size: 10 µm a pixel, 2540 dots an inch. Lower resolutions are
 /// those of printers and screens.
@@ -47,7 +47,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     };
     let size = (info.height as usize, info.width as usize);
     let values = Array2::from_shape_vec(size, values).map_err(|error| error.to_string())?;
-    // Number in a text chunk; `None` without the chunk.
+    // Number in a text chunk; `None` without the chunk, an error unless the number is positive.
     let positive_number = |keyword: &str| {
         let chunk = info.uncompressed_latin1_text.iter().find(|chunk| chunk.keyword == keyword);
         chunk
@@ -75,9 +75,9 @@ pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
     let height = u32::try_from(ny).map_err(|_| "too high for a PNG")?;
     let (low, high) = field.range_um();
     // A flat field is black; the height of its white is arbitrary.
-    let range = if high > low { high - low } else { 1.0 };
+    let range_um = if high > low { high - low } else { 1.0 };
     let pixels: Vec<u8> =
-        field.rows_from_top().flat_map(|h| (((h - low) / range * 65535.0).round() as u16).to_be_bytes()).collect();
+        field.rows_from_top().flat_map(|h| (((h - low) / range_um * 65535.0).round() as u16).to_be_bytes()).collect();
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(ColorType::Grayscale);
@@ -89,7 +89,7 @@ pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
         yppu: per_metre(field.dy_um()),
         unit: Unit::Meter,
     }));
-    for (keyword, value) in [(MAX_HEIGHT, range), (PIXEL_SIZE[0], field.dx_um()), (PIXEL_SIZE[1], field.dy_um())] {
+    for (keyword, value) in [(MAX_HEIGHT, range_um), (PIXEL_SIZE[0], field.dx_um()), (PIXEL_SIZE[1], field.dy_um())] {
         encoder.add_text_chunk(keyword.to_owned(), value.to_string()).map_err(|error| error.to_string())?;
     }
     let mut writer = encoder.write_header().map_err(|error| error.to_string())?;

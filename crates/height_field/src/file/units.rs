@@ -7,10 +7,10 @@
 const MICRO: [&str; 7] = ["µ", "μ", "u", "~", "Âµ", "Î¼", "æ"];
 /// Spellings of the ångström, in lower case and without a plural s.
 ///
-/// The first two are the letter å and the ångström sign. The last four are encodings of Å read as Latin-1: UTF-8
-/// (`Ã\u{85}`, whose second character may have been trimmed as a blank), code page 850 (`\u{8f}`), and Mac Roman
+/// The first is also the lower case of the ångström sign, U+212B. The last four are encodings of Å read as Latin-1:
+/// UTF-8 (`Ã\u{85}`, whose second character may have been trimmed as a blank), code page 850 (`\u{8f}`), and Mac Roman
 /// (`\u{81}`).
-const ANGSTROM: [&str; 9] = ["å", "\u{212b}", "ang", "angstrom", "ångström", "ã\u{85}", "ã", "\u{8f}", "\u{81}"];
+const ANGSTROM: [&str; 8] = ["å", "ang", "angstrom", "ångström", "ã\u{85}", "ã", "\u{8f}", "\u{81}"];
 /// µm in an ångström.
 const UM_PER_ANGSTROM: f64 = 1e-4;
 /// µm in a metre.

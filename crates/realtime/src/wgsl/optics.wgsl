@@ -94,6 +94,7 @@ fn optics_factor(optics: Optics, pair: Pair) -> f32 {
     if optics.answers != OPTICS_ANSWERS_RELIEF {
         return 1.0;
     }
+    // `pair_obliquity` is 1 with Q.
     var factor = optics_interface(optics, pair) * pair_obliquity(pair, optics.obliquity);
     if optics.shadowing != 0u {
         factor *= pair_shadowing(pair);

@@ -18,7 +18,7 @@
 // the top.
 @group(0) @binding(4) var<storage, read_write> picture: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read> pigment: Pigment;
-// Indices of the answered queries.
+// Indices of the answered queries, in `queries` and in the arrays of pixels.
 @group(0) @binding(6) var<storage, read> chosen: array<u32>;
 // Number of answered queries, the first member of `Lists` (locate.wgsl).
 @group(0) @binding(7) var<storage, read> chosen_count: u32;
@@ -85,6 +85,7 @@ fn resolve_skin(query: Query, reflectance: vec3<f32>) -> vec3<f32> {
     if frame.blend == FRAME_FIXED_MIX {
         return mix(diffuse, reflectance, frame.share);
     }
+    // (1 - R(θi'))·(1 - R(θo')).
     let passed = optics_remainder(optics, optics_inside(optics, query.wi).z) *
         optics_remainder(optics, optics_inside(optics, query.wo).z);
     return reflectance + diffuse * passed * optics_cover_factor(optics, query.wi, query.wo);

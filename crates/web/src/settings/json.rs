@@ -33,7 +33,7 @@ impl Settings {
     /// The fields that differ from the defaults, as JSON.
     ///
     /// `surface` is left out if it is the page's default surface. Otherwise it is written with all fields that differ
-    /// from [`SurfaceConfig::default`], from which a reader takes the missing fields.
+    /// from [`SurfaceConfig::default`], since [`Settings::from_json`] takes missing fields from there.
     pub fn to_compact_json(&self) -> String {
         let default = Self::default();
         let without_surface = Self { surface: default.surface.clone(), ..self.clone() };
@@ -47,8 +47,8 @@ impl Settings {
     }
 }
 
-/// A value as a tree of JSON values. Settings always convert, so the default is never taken; likewise in
-/// [`serialised`].
+/// A value as a tree of JSON values. Settings always convert, so the default, null, is never taken. Nor is the empty
+/// text in [`serialised`].
 fn tree(value: &impl Serialize) -> serde_json::Value {
     serde_json::to_value(value).unwrap_or_default()
 }

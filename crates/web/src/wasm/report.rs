@@ -42,7 +42,7 @@ impl Drop for Listening {
 const STEP: f64 = 0.005;
 
 /// A [`Progress`] that calls `listener`, if it is a function, with the finished fraction from 0 to 1. The calls end
-/// when the returned guard is dropped. The listener must not start another build.
+/// when the returned guard is dropped. The listener must not start another build: it is borrowed while it runs.
 ///
 /// A `Progress` may move to other threads, and a JavaScript function may not. Therefore the function stays in a
 /// variable of this thread. WebAssembly has no other threads here.
@@ -63,7 +63,7 @@ pub fn progress(listener: &JsValue) -> (Progress, Listening) {
         }
         LISTENER.with_borrow(|slot| {
             if let Some(function) = slot {
-                // Errors of the listener are ignored.
+                // The build goes on after an error of the listener.
                 let _ = function.call1(&JsValue::NULL, &fraction.into());
             }
         });
@@ -71,7 +71,7 @@ pub fn progress(listener: &JsValue) -> (Progress, Listening) {
     (Progress::new(report), Listening)
 }
 
-/// Prints messages of panics on the browser's console. Without this hook, it would only report "unreachable".
+/// Prints messages of panics on the browser's console, which without this hook would only show "unreachable".
 pub fn report_panics() {
     std::panic::set_hook(Box::new(|info| {
         web_sys::console::error_1(&format!("sunbeam: {info}").into());

@@ -1,7 +1,7 @@
 """The interface of wanted figures, and the reader of their options.
 
 A *want* is a group of figures with its options (``[want.NAME]`` of a specification). Each want declares columns of the
-table. For a *question*, which is one case, it computes an *answer*: figures and pictures.
+table. For a *question*, which is one case (a surface under a setting), it computes an *answer*: figures and pictures.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Answer:
 class Question(ABC):
     """A case for a want."""
 
-    #: Parameters of the surface and angles of the light, with the file's absolute path.
+    #: Parameters of the surface and angles of the light; ``filename`` is an absolute path.
     parameters: Mapping[str, Value]
     #: Angle between the direction towards the light and the normal.
     theta_i_deg: float
@@ -169,7 +169,7 @@ class Options:
         return tuple(float(value) for value in listed)
 
     def _checked(self, key: str, default: Any, accepted: Accepted) -> Any:
-        """The option as it was given, or the default."""
+        """The option as it was given, or the default; either must be accepted."""
         value = self.table.get(key, default)
         if not accepted.accepts(value):
             raise SweepError(f"{self.where}: {key} is {shown(value)}, but must be {accepted}")

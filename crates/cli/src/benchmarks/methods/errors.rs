@@ -44,7 +44,7 @@ pub(crate) struct Errors {
     pub(crate) delta_e_p99: f64,
 }
 
-/// The reference spectra and colours of both models at all pairs of directions.
+/// The reference spectra and colours of both models ([`Model`]) at all pairs of directions, at least one.
 pub(super) struct References<'a> {
     pairs: &'a [DirectionPair],
     /// Obliquity and shadowing factor `O·M` of each pair.
@@ -88,6 +88,7 @@ impl<'a> References<'a> {
     /// # Errors
     /// A step between wavelengths for which colours have no weights.
     pub(super) fn new(truth: &Truth, pairs: &'a [DirectionPair], options: &Options) -> Result<Self, BenchError> {
+        // Directions that do not lie above the surface make no pair, and the factor is 0.
         let factor = |p: &DirectionPair| Pair::new(p.wi, p.wo).map_or(0.0, |pair| options.angular_factor(&pair));
         let factors: Vec<f64> = pairs.iter().map(factor).collect();
         let to_rgb = SpectralToRgb::visible(truth.step_nm())?;
@@ -129,10 +130,10 @@ impl<'a> References<'a> {
         let squares = (self.pairs, &self.factors, &reference.spectra).into_par_iter().with_min_len(PAIRS_PER_TASK).map(
             |(pair, factor, spectrum)| {
                 let (mut deviation, mut total) = (0.0f64, 0.0f64);
-                for (i, truth) in spectrum.iter().enumerate() {
+                for (i, expected) in spectrum.iter().enumerate() {
                     let nm = VISIBLE_NM.start() + i as f64 * SPECTRAL_STEP_NM;
-                    deviation += (candidate.spectral(pair, *factor, nm)? - truth).powi(2);
-                    total += truth * truth;
+                    deviation += (candidate.spectral(pair, *factor, nm)? - expected).powi(2);
+                    total += expected * expected;
                 }
                 Some((deviation, total))
             },

@@ -32,7 +32,7 @@ struct TimedShader {
 
 impl TimedShader {
     /// Compiles a method's shader and increases the number of queries until a run takes about
-    /// [`Effort::repetition_ms`]. The queries repeat those of `all`.
+    /// [`Effort::repetition_ms`]. The queries repeat those of `all`, which has at least one.
     fn new(gpu: &Gpu, method: &dyn Method, optics: &Optics, all: &[Query], effort: &Effort) -> Result<Self, GpuError> {
         let shader = Shader::new(gpu, method, optics)?;
         let repeated = |count: usize| -> Vec<Query> { all.iter().cycle().take(count).copied().collect() };
@@ -77,7 +77,7 @@ pub(super) fn times(
             continue;
         };
         let shader = TimedShader::new(gpu, &**method, &optics, &queries, effort)?;
-        // The first shader is compared with itself.
+        // The first shader, the baseline, is compared with itself.
         let baseline = first_shader.as_ref().unwrap_or(&shader);
         let (mut times_us, mut baseline_us) = (Vec::new(), Vec::new());
         for _ in 0..effort.repetitions {

@@ -63,14 +63,15 @@ pub fn measure(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<Stabil
 fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
     let wavelength_um = wavelength_nm * 1e-3;
     let f = [(wi[0] + wo[0]) / wavelength_um, (wi[1] + wo[1]) / wavelength_um];
+    // Phase rate in rad/µm.
     let kappa = TAU * (wi[2] + wo[2]) / wavelength_um;
     let table = surface.table();
     let truth = exact.power_density(f, kappa);
     (table.density(f, kappa) - truth).abs() / error_scale(truth, table.hemisphere_mean(f, wi[2], wavelength_um))
 }
 
-/// The scale in µm² to which a table's tolerance refers: the largest of the direct sum's S, a mean of S at the same
-/// frequency, and [`DENSITY_FLOOR_UM2`].
+/// The scale in µm² to which a table's tolerance refers: the largest of the direct sum's S, its mean at the same
+/// frequency over the κ of all outgoing directions, and [`DENSITY_FLOOR_UM2`].
 fn error_scale(truth_um2: f64, mean_um2: f64) -> f64 {
     truth_um2.max(mean_um2).max(DENSITY_FLOOR_UM2)
 }

@@ -1,6 +1,7 @@
 //! Reliefs and random directions for the sweeps.
 //!
-//! Parameters: `(nx, ny)` is the number of pixels along x and y, `(dx_um, dy_um)` the edges of a pixel in µm.
+//! Parameters: `(nx, ny)` is the number of pixels along x and y, each at least 1, and `(dx_um, dy_um)` the edges of a
+//! pixel in µm.
 
 use crate::arguments::direction_from_degrees;
 use ndarray::Array2;
@@ -39,7 +40,7 @@ pub(super) fn sinusoid(nx: usize, period_um: f64, height_um: f64) -> Result<Heig
     HeightField::new(Array2::from_shape_fn((1, nx), height), period_um / nx as f64, period_um)
 }
 
-/// A ridge along y of the height `height_um`, which covers the first third of the tile.
+/// A ridge along y of the height `height_um`, which covers the first third of the tile's width along x.
 pub(super) fn step(
     (nx, ny): (usize, usize),
     (dx_um, dy_um): (f64, f64),
