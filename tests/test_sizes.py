@@ -304,8 +304,9 @@ def test_tables_cover_all_pixels_of_a_transformed_bitmap(variant):
         si.wi, si.uv, si.wavelengths = mi.Vector3f(*wi), mi.Point2f(u, 0.5), [450.0, 500.0, 550.0, 600.0]
         return np.array(bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(*wo)))
 
+    # Equal tables and sizes: rounding in single precision only.
     for u in (0.1, 0.4, 0.6, 0.9):
-        np.testing.assert_allclose(value(transformed, u / 2), value(plain, u), rtol=SINGLE, atol=1e-6)
+        np.testing.assert_allclose(value(transformed, u / 2), value(plain, u), rtol=1e-5, atol=1e-6)
     # Sizes matter to this value.
     assert np.abs(value(plain, 0.1) - value(plain, 0.4)).max() > 0.01
 
