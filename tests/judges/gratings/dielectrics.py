@@ -109,7 +109,7 @@ def judged(
 
 
 def main() -> None:
-    """Writes the file again after each answer."""
+    """Judges random gratings of each kind, and writes the file again after each answer."""
     rng = np.random.default_rng(SEED)
     rows = []
     # "conical" is a lamellar grating with light at an azimuth.
