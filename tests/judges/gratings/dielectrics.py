@@ -2,7 +2,7 @@
 
 `python -m tests.judges.gratings.dielectrics` writes `crates/rigorous/tests/data/dielectrics.csv`. The judges are
 
-- for light across the grooves the package `meent`, with sinusoids and sawteeth cut into layers;
+- for light across the grooves the package `meent`, with sinusoids and sawteeth (`blazed`) cut into layers;
 - for other azimuths, of lamellar gratings, NIST's SCATMECH (`requirements-judges.lock`).
 
 Each judge solves at two resolutions. Answers that have not converged are left out. Periods and heights are in µm,
