@@ -54,8 +54,8 @@ async function open(hash) {
       // The file is an example, or the visitor has to drop it. There is no file while the example's is fetched.
       page.source = null;
       const source = example ? await fetchedOrNull(example) : null;
-      // The address has changed again during the fetch.
-      if (opening !== openings) return;
+      // Another address was opened or another relief chosen during the fetch.
+      if (opening !== openings || page.settings.surface.filename !== filename) return;
       page.source = source;
       page.wanted = source ? null : { name: filename, sha256 };
     }
