@@ -34,7 +34,8 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 def run_without_optix(variant: str) -> dict:
     """Runs the process without OptiX; `passed` is whether the calls work, however the render ends.
 
-    Returns `value`, the sum of the BSDF's values, and `render`, the result or the error message of the render.
+    Returns `value`, the sum of the BSDF's values if the calls work, and `render`, the result of the render or an error
+    message.
     """
     child = [sys.executable, "-m", __name__, variant]
     # The supervisor limits the time of the part, and ends this process with it.

@@ -13,7 +13,8 @@ import matplotlib.pyplot as plt
 
 from .svg import save
 
-# Key in the data, colour and label of each polarisation.
+# Key in the data, colour and label of each polarisation: the electric (TE) or the magnetic field (TM) is along the
+# grooves.
 POLARISATIONS = (("te", "tab:blue", "TE"), ("tm", "tab:red", "TM"))
 # Label of efficiencies in a Littrow mount, where the diffracted light returns along the incident light.
 LITTROW_LABEL = "efficiency of the order that goes back"

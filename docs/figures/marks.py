@@ -25,7 +25,7 @@ CONE_SIDE, CONE_BASE, CONE_RIM = (140, 140, 140), (190, 190, 190), (20, 20, 20)
 def project(view: View, point_cm) -> tuple[float, float]:
     """Position of a point of the scene in the picture, (x, y) in pixels from the upper left corner.
 
-    The point must be before the camera, and the view not along z, which is up in the picture.
+    The point must be in front of the camera, and the view not along z, which is up in the picture.
     """
     origin = np.array(view.origin_cm, dtype=float)
     forward = np.array(view.target_cm) - origin

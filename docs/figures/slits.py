@@ -48,8 +48,8 @@ CLOSE_MM = 2.0
 COLUMNS = 1300
 # Number of positions in a pixel whose intensities are averaged. With fewer, narrow peaks fall between positions.
 PER_COLUMN = 4
-# Wavelength step of the sum over the visible spectrum. At a point of order m, N slits pass peaks about λ/(mN) wide,
-# 4 nm for order 3, the highest in the strips, of 50 slits. Wider steps would show as lines.
+# Wavelength step of the sum over the visible spectrum. At a point of order m, N slits pass peaks about λ/(mN) wide. For
+# 50 slits and 380 nm these are 1.5 nm at the ends of the strips, where m is 5. Wider steps would show as lines.
 COLOUR_STEP_NM = 1.0
 # Smallest number of slits in the fit of width ∝ N^exponent. With fewer slits the slits' own width matters.
 FITTED_FROM = 5

@@ -34,8 +34,8 @@ impl SurfaceConfig {
     pub fn validate_for_array(&self) -> Result<(), ConfigError> {
         // Without a file the default preset would be validated, whose relief the rigorous theory refuses. The flat
         // preset, which passes, stands for the array.
-        let is_grating = self.theory == Theory::Rigorous && self.filename.is_none();
-        let preset = self.preset.or(is_grating.then_some(Preset::Flat));
+        let needs_stand_in = self.theory == Theory::Rigorous && self.filename.is_none();
+        let preset = self.preset.or(needs_stand_in.then_some(Preset::Flat));
         Self { fill: None, preset, ..self.clone() }.validate()
     }
 

@@ -4,7 +4,7 @@
 //! are divided by ky/k (`jones_shape.rs`). A table has the shape of each pair of *channels*, the orders on one side of
 //! the relief. Its nodes are over wavelength and over a wave's position (p, q) in its cell, each from 0 to 1. A cell s
 //! has the incident waves at which s + 1 orders propagate. It is solved at *points* (t, b): t is the bound of the
-//! propagating orders' wave numbers along x, and b their Bloch phase, in units of 2π over the period.
+//! propagating orders' wave numbers along x, in units of 2π over the period, and b their Bloch phase in turns.
 
 use super::GratingError;
 use super::body::GratingBody;
@@ -80,6 +80,7 @@ impl JonesTable {
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
         let points_per_cell = triangle_count(NODES_MAX) as f64;
+        // For estimates of interfaces, whose tables have this number of nodes.
         let pair_bytes = (PACKET_BYTES * INTERFACE_NODES * INTERFACE_NODES) as f64;
         let basis = CostBasis { period_um, sides: body.sides(), points_per_cell, pair_bytes };
         let meshes = create_meshes(profile, body, basis, build_limit)?;

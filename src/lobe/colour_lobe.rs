@@ -143,7 +143,7 @@ impl<N: Numbers> InColour<N> for ColourLobe<N> {
 
     #[inline(always)]
     fn draw(&self, wi: [N::Real; 3], _to_below: N::Mask, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
-        // The sampler needs two of the three random numbers; callers mirror its result to below.
+        // The lobe only reflects, so `_to_below` is false. The sampler needs two of the three random numbers.
         self.sampler.sample(wi, [u[1], u[2]], active)
     }
 }

@@ -28,8 +28,8 @@ pub(crate) fn mixture_density<N: Numbers, const L: usize>(own: [N::Real; L], act
 }
 
 /// A direction from the mixture, for `L` wavelengths and three random numbers `u` in [0, 1). The zero vector where the
-/// draw falls below the horizon, and where the mask is false. Uniform directions lie above the relief; callers mirror
-/// those of samples that leave below.
+/// mask is false, and where a draw falls below the horizon or outside the disc of [`square_to_hemisphere`]. Uniform
+/// directions lie above the relief; callers mirror those of samples that leave below.
 ///
 /// `draw(choice, u, active)` is the lobe's own sampler. The whole part of `choice` is the index of the chosen
 /// wavelength. Its `u` are three random numbers in [0, 1), independent of the choice. By rounding `choice` may be L,
@@ -46,7 +46,6 @@ pub(crate) fn sample_mixture<N: Numbers, const L: usize>(
     let choice = (u[0] - lit(UNIFORM_FRACTION)).max(lit(0.0)) * lit(L as f64 / (1.0 - UNIFORM_FRACTION));
     let fraction = choice - choice.floor().min(lit(L as f64 - 1.0));
     let drawn = draw(choice, [fraction, u[1], u[2]], active & !is_uniform);
-    // The corners of the square of random numbers give no direction.
     let (uniform, is_direction) = square_to_hemisphere::<N>([u[1], u[2]]);
     let zero = lit(0.0);
     array::from_fn(|c| {

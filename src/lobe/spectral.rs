@@ -1,6 +1,7 @@
 //! The lobe of scalar theory at wavelengths: `O·M·S(f; κ)/λ²`, divided by the albedo where energy is conserved. O is
-//! the obliquity factor, M the V-cavity factor of shadowing, and S the power spectrum (docs/model.md#the-reflectance).
-//! The lobe leaves out the interface's factor: the Fresnel reflectance R, or the small-slope factor Q.
+//! the obliquity factor, M the V-cavity factor of shadowing, and S the power spectrum at the frequency f in cycles/µm
+//! and the phase rate κ in rad/µm (docs/model.md#the-reflectance). The lobe leaves out the interface's factor: the
+//! Fresnel reflectance R, or the small-slope factor Q.
 
 use super::{PerWavelength, Sides};
 use crate::energy::{AlbedoLayout, AlbedoView, GridPlace};

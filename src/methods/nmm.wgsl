@@ -1,4 +1,5 @@
-// NMM, non-uniform wavelengths; counterpart of nmm.rs, which derives the formulas.
+// NMM, non-uniform wavelengths; counterpart of nmm.rs, which derives the formulas. common.wgsl has the range of
+// wavelengths.
 //
 // The colour is a sum over the wavelengths at which an order of light from wi leaves along wo: a list λ = |u|·Lx/n
 // along x and a list λ = |v|·Ly/n along y, for whole n. Here q = (u, v, w) = wi + wo, and (Lx, Ly) is the extent of the

@@ -40,7 +40,7 @@ pub enum HeightFieldError {
     /// A number outside of its accepted range.
     #[error("`{parameter}` is {found}; it must be in [{low}, {high}]")]
     NotWithin { parameter: &'static str, found: f64, low: f64, high: f64 },
-    /// A length that must be finite and positive is not; any such length is accepted.
+    /// A length that is not finite and positive.
     #[error("`{parameter}` is {value_um} µm; it must be finite and positive")]
     OutOfRange { parameter: &'static str, value_um: f64 },
     /// A length beyond those of reliefs that diffract light ([`MAX_LENGTH_UM`](crate::MAX_LENGTH_UM)).

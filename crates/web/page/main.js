@@ -16,8 +16,12 @@ import { Spectrum } from "./spectrum.js";
 import { byId, page, SUN_ELEVATION_MIN_DEG, views } from "./state.js";
 import { showMessage } from "./words.js";
 
+/** Number of calls of `open`. */
+let openings = 0;
+
 /** Opens the settings in the part of an address after the #, or the first example if there are none. */
 async function open(hash) {
+  const opening = ++openings;
   const { settings, sha256 } = fromHash(hash);
   if (Object.keys(settings).length === 0 && page.examples.length > 0) {
     page.settings = JSON.parse(page.engine.quick.default_settings());
@@ -40,14 +44,21 @@ async function open(hash) {
     // An example without a file is selected if it has the same preset.
     const example = page.examples.find(({ file, settings }) => !file && settings.surface.preset === preset);
     page.example = example?.name ?? null;
-  } else if (page.source?.name !== filename || (sha256 && page.source.sha256 !== sha256)) {
-    // The page does not have the file yet. The file is an example, or the visitor has to drop it.
-    const example = page.examples.find(({ file, sha256: sum }) => file === filename && (!sha256 || sum === sha256));
+  } else {
+    const isHeld = page.source?.name === filename && (!sha256 || page.source.sha256 === sha256);
+    // A visitor's file may have the name of an example's; the checksum tells them apart.
+    const known = isHeld ? page.source.sha256 : sha256;
+    const example = page.examples.find(({ file, sha256: sum }) => file === filename && (!known || sum === known));
     page.example = example?.name ?? null;
-    // There is no file while the example's is fetched.
-    page.source = null;
-    if (example) page.source = await fetchedOrNull(example);
-    page.wanted = page.source ? null : { name: filename, sha256 };
+    if (!isHeld) {
+      // The file is an example, or the visitor has to drop it. There is no file while the example's is fetched.
+      page.source = null;
+      const source = example ? await fetchedOrNull(example) : null;
+      // Another address was opened or another relief chosen during the fetch.
+      if (opening !== openings || page.settings.surface.filename !== filename) return;
+      page.source = source;
+      page.wanted = source ? null : { name: filename, sha256 };
+    }
   }
   showWanted();
   showStill(page.examples.find(({ name }) => name === page.example));

@@ -164,6 +164,7 @@ const showPoint = onlyLatest(async (x, y) => {
 async function hover(x, y) {
   if (!page.adapter || !page.drawn) return;
   try {
+    // True if no newer point waits (latest.js).
     if (await showPoint(x, y)) refreshMap();
   } catch (error) {
     // `handleLoss` reports the loss of the device. A cancelled question belongs to a worker that was ended.

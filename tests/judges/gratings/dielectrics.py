@@ -2,7 +2,7 @@
 
 `python -m tests.judges.gratings.dielectrics` writes `crates/rigorous/tests/data/dielectrics.csv`. The judges are
 
-- for light across the grooves the package `meent`, with sinusoids and sawteeth cut into layers;
+- for light across the grooves the package `meent`, with sinusoids and sawteeth (`blazed`) cut into layers;
 - for other azimuths, of lamellar gratings, NIST's SCATMECH (`requirements-judges.lock`).
 
 Each judge solves at two resolutions. Answers that have not converged are left out. Periods and heights are in µm,
@@ -109,7 +109,7 @@ def judged(
 
 
 def main() -> None:
-    """Writes the file again after each answer."""
+    """Judges random gratings of each kind, and writes the file again after each answer."""
     rng = np.random.default_rng(SEED)
     rows = []
     # "conical" is a lamellar grating with light at an azimuth.

@@ -21,7 +21,7 @@ from .want import Answer, Column, Options, Question, Want
 
 # Theories in the order of the table's columns.
 _THEORIES = ("scalar", "rigorous")
-# Parameters that the rigorous theory refuses.
+# Parameters that the rigorous theory refuses, left out for it.
 _SCALAR_ONLY = ("model", "obliquity", "shadowing", "conserve_energy")
 
 

@@ -53,7 +53,8 @@ pub struct GrazingSurface {
 pub struct GrazingPoint {
     /// Angle of incidence in degrees.
     pub theta_deg: f64,
-    /// 99th percentile of the error of S against the direct sum, relative to the scale of the tables' tolerance.
+    /// 99th percentile of the error of S against the direct sum, relative to `error_scale` (mod.rs), to which the
+    /// tables' tolerance refers.
     pub error_p99: f64,
     /// Largest error of S, on the same scale.
     pub error_largest: f64,
