@@ -90,7 +90,7 @@ fn damaged_foreign_and_misnamed_entries_are_rebuilt() {
     let folder = tempdir().unwrap();
     let cache = Cache::new(folder.path(), AMPLE);
     let (field, options) = (field(2.5), quick());
-    let good = bytes_of(&cache.surface(&field, &options, &Progress::none()).unwrap().0);
+    let first = cache.surface(&field, &options, &Progress::none()).unwrap().0;
     let path = files(folder.path()).remove(0);
     let whole = fs::read(&path).unwrap();
     let other = Cache::new(folder.path().join("other"), AMPLE);
@@ -115,7 +115,8 @@ fn damaged_foreign_and_misnamed_entries_are_rebuilt() {
         fs::write(&path, bytes).unwrap();
         let (surface, origin) = cache.surface(&field, &options, &Progress::none()).unwrap();
         assert_eq!(origin, Origin::Kept, "{what}");
-        assert_eq!(bytes_of(&surface), good, "{what}");
+        // The reports differ by the time of building.
+        assert!(surface.table().words() == first.table().words(), "{what}");
         assert_eq!(
             cache.surface(&field, &options, &Progress::none()).unwrap().1,
             Origin::Read,
@@ -128,7 +129,7 @@ fn damaged_foreign_and_misnamed_entries_are_rebuilt() {
     forged.extend_from_slice(blake3::hash(b"short").as_bytes());
     forged.extend_from_slice(b"short");
     assert!(entry::decode::<Surface>(&key, &forged).is_none());
-    assert_eq!(entry::decode(&key, &whole).map(|surface| bytes_of(&surface)), Some(good));
+    assert_eq!(entry::decode(&key, &whole).map(|surface| bytes_of(&surface)), Some(bytes_of(&first)));
 }
 
 #[test]
