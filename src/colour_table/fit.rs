@@ -1,6 +1,7 @@
 //! Fit of one ring: coefficients of a bicubic B-spline from samples of the colour F over direction and w.
 //!
-//! F(u, v, w) is the colour of the scattering vector ([module](super)). A ring has one radius in the plane of (u, v).
+//! F(u, v, w) is the colour at the scattering vector wi + wo, whose w is along the normal ([module](super)). A ring has
+//! one radius in the plane of (u, v).
 //!
 //! Near the horizon, for w → 0, F falls as w² down to a constant from the tails of order zero. For a small relative
 //! error there, the spline represents the scaled colour `F·(w² + knee²)/(w² + zero²)`, which changes little with w.
