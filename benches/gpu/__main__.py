@@ -38,7 +38,8 @@ def parse(words: list[str] | None) -> tuple[argparse.ArgumentParser, argparse.Na
     parser = argparse.ArgumentParser(
         prog="python -m benches.gpu",
         description="Checks and timings of a machine with an NVIDIA card; a dry run where there is none.",
-        epilog="Exit status: 0 where everything passed, 1 where a part failed or was not run, 2 for a wrong argument.",
+        epilog="Exit status: 0 where everything passed, 1 where a part failed or was not run, 2 for a wrong argument "
+        "or without the command sunbeam.",
     )
     add = parser.add_argument
     add("parts", nargs="*", metavar="PART", help="part to run, all by default; --list shows their names")

@@ -2,8 +2,8 @@
 
 The shader is called *GPU Gems' form*. In each order n, each colour channel has a peak, its *bump*. A bump is centred
 where d|u|/n is a fixed wavelength. d is the spacing of the grooves, and u the x component of wi + wo, the directions to
-light and viewer (docs/realtime.md#stam-and-the-shader-of-gpu-gems). The method FLSS is the reference
-(docs/realtime.md). A map's pixels are direction sines in [−1, 1]².
+light and viewer (docs/realtime.md#stam-and-the-shader-of-gpu-gems). The reference is FLSS, full lambda
+spectral sampling (docs/realtime.md). A map's pixels are direction sines in [−1, 1]².
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ PEAKS_SIZE = 401
 # Side of the maps for symmetry in pixels; odd, so that the middle column belongs to neither half.
 SYMMETRY_SIZE = 101
 # Centres of GPU Gems' bumps as wavelengths, for red, green and blue (`src/methods/stam_gems.rs`).
-GEMS_TOPS_UM = (0.875, 0.75, 0.625)
+GEMS_CENTRES_UM = (0.875, 0.75, 0.625)
 # Range of wavelengths of an order in GPU Gems' form, in which its peak is searched: centres ± half widths of 0.125 µm.
 GEMS_RANGE_UM = (0.5, 1.0)
 # Range of wavelengths of an order in FLSS, in which its peak is searched: the visible range.
@@ -83,12 +83,12 @@ def disc_peaks(folder: Path, spacing_um: float, demo_um: float) -> dict:
     the channels of the spacing that puts the bump on FLSS's peak. The result has
 
     - `flss_deg`, `flss_nm`: FLSS's peaks, and the wavelengths there by the grating equation;
-    - `gems`: a row for each spacing. `degrees` are the peaks, and `equation_deg` the angles of GEMS_TOPS_UM by the
+    - `gems`: a row for each spacing. `degrees` are the peaks, and `equation_deg` the angles of GEMS_CENTRES_UM by the
       grating equation. `largest_off_deg` is the largest difference from FLSS over the channels.
     """
     skin = {"preset": "cd"}
     flss = peaks(brdf_map(folder, skin, PEAKS_SIZE, FLSS), spacing_um, FLSS_RANGE_UM)
-    fitted_um = float(np.mean([top / sine for top, sine in zip(GEMS_TOPS_UM, flss.sines)]))
+    fitted_um = float(np.mean([centre / sine for centre, sine in zip(GEMS_CENTRES_UM, flss.sines)]))
     rows = []
     for name, um in (("the tracks' own", spacing_um), ("a demonstration's", demo_um), ("fitted", fitted_um)):
         pixels = brdf_map(folder, skin, PEAKS_SIZE, {**GEMS, "period_um": um})
@@ -100,7 +100,7 @@ def disc_peaks(folder: Path, spacing_um: float, demo_um: float) -> dict:
                 "spacing_um": um,
                 "degrees": found_deg,
                 "largest_off_deg": float(np.abs(off_deg).max()),
-                "equation_deg": np.degrees(np.arcsin(np.array(GEMS_TOPS_UM) / um)).tolist(),
+                "equation_deg": np.degrees(np.arcsin(np.array(GEMS_CENTRES_UM) / um)).tolist(),
             }
         )
     wavelengths_nm = [1e3 * spacing_um * sine for sine in flss.sines]

@@ -1,9 +1,9 @@
 """The plots of the documentation's part `validity`, as SVG.
 
-A *model* is scalar diffraction with a choice of obliquity factor, with or without energy conservation. Its *misplaced*
-power is the fraction of the light that it puts into wrong orders (validity_sweeps.py). Sweeps among the arguments are
-results of `validity.sweep`: "values" in degrees of slope or µm of period, "angles_deg", and "misplaced" as
-[model][angle][value]. `bound` is the misplaced power up to which a model is valid.
+A *model* is scalar diffraction with the obliquity factor `stam` or `unit`; `stam, limited` conserves energy. Its
+*misplaced* power is the fraction of the light that it puts into wrong orders (validity_sweeps.py). Sweeps among the
+arguments are results of `validity.sweep`: "values" in degrees of slope or µm of period, "angles_deg" of incidence, and
+"misplaced" as [model][angle][value]. `bound` is the misplaced power up to which a model is valid.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .validity_sweeps import compared, sawtooth, sinusoid
 
 # Line styles of the models.
 STYLES = {STAM_LIMITED.name: "-", STAM.name: "--", UNIT.name: ":"}
-# Colours of the angles of incidence, or of the orders.
+# Colours of the angles of incidence, at most four, or of the orders.
 COLOURS = ("tab:blue", "tab:green", "tab:orange", "tab:red")
 # Angles of incidence of `angles` in steps of 3°, shifted so that no order is at the horizon.
 FINE_ANGLES_DEG = tuple(float(angle) for angle in np.arange(-83.3, 84, 3))

@@ -24,7 +24,7 @@ from .same_points import CONTROL_ROTATION_DEG
 DELTA_E_MEAN_LIMIT = 2.5
 # Largest accepted 99th percentile of ΔE. The largest measured is 7.
 DELTA_E_P99_LIMIT = 15.0
-# Largest accepted mean of FLIP, in [0, 1]. The largest measured is 0.03.
+# Largest accepted mean of FLIP, a perceived difference of pixels in [0, 1]. The largest measured is 0.03.
 FLIP_LIMIT = 0.05
 
 # Samples per pixel of the negative controls, as a fraction of the comparison's. Fewer samples are faster, and the

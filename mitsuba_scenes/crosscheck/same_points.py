@@ -35,6 +35,7 @@ def check(case: Case, files: SnakeFiles, lights: Iterable[Light], view: View, fo
 
     Writes the pictures of both renderers into `folder`.
     """
+    # Both renderers use the model of `flss`.
     skin = {**case.skin, **SAME_MODEL, "tolerance": TOLERANCE}
     bsdf = plugin(case, **SAME_MODEL, tolerance=TOLERANCE)
     found = []

@@ -1,6 +1,7 @@
 //! Fit of one ring: coefficients of a bicubic B-spline from samples of the colour F over direction and w.
 //!
-//! F(u, v, w) is the colour of the scattering vector ([module](super)). A ring has one radius in the plane of (u, v).
+//! F(u, v, w) is the colour at the scattering vector wi + wo, whose w is along the normal ([module](super)). A ring has
+//! one radius in the plane of (u, v).
 //!
 //! Near the horizon, for w → 0, F falls as w² down to a constant from the tails of order zero. For a small relative
 //! error there, the spline represents the scaled colour `F·(w² + knee²)/(w² + zero²)`, which changes little with w.
@@ -60,8 +61,8 @@ pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRin
 /// Estimate of `zero²` of the [module](self)'s formula, from the samples `values[direction][w][channel]` of F at
 /// `sampled_w`.
 ///
-/// Up to the knee F is proportional to `w² + zero²`. With w at the first sample, w_0, and at the first beyond the knee,
-/// w_k, follows `zero² ≈ w_k²·F(w_0)/F(w_k) − w_0²` for w_k much larger than zero.
+/// Up to the knee F is proportional to `w² + zero²`. With w at the first sample, w_0, and at the first beyond the knee
+/// or else the last, w_k, follows `zero² ≈ w_k²·F(w_0)/F(w_k) − w_0²` for w_k much larger than zero.
 ///
 /// Near the knee F falls short of the square law by a factor of up to 3. For `zero = 0` the formula would then give up
 /// to 2·w_0². So 3·w_0² is subtracted in place of w_0².

@@ -23,7 +23,7 @@ use std::sync::Arc;
 /// ```
 pub struct BuiltSurface {
     tables: Tables,
-    /// The cover; tables take directions inside it. `None` for a bare surface.
+    /// The cover; tables take directions inside it. `None` for a bare surface, such as every surface that transmits.
     cover: Option<Cover>,
 }
 

@@ -1,5 +1,6 @@
 //! Lobes at wavelengths: the loop over the wavelengths that a ray carries, and the mixture of a lobe's own sampler with
-//! uniform directions (`mixture.rs`). Both are written once for all lobes.
+//! uniform directions (`mixture.rs`). Both are written once for all lobes. [`Sides`] says which directions a lobe
+//! accepts, and on which side of the relief a sample leaves.
 //!
 //! Directions point away from the relief: z > 0 above it, z < 0 below it. The horizon is z = 0. A wave vector *beyond
 //! the horizon* is longer in the plane of the relief than light can have, and gives no direction.

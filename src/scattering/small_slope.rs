@@ -1,7 +1,8 @@
 //! The small-slope factor Q and its four amplitudes (docs/model.md#the-small-slope-factor): the first-order small-slope
 //! approximation (Voronovich 1985), whose kernel B is Rice's first-order perturbation (Rice 1951).
 //!
-//! Lengths of wave vectors are in units of the wave number in air:
+//! Lengths of wave vectors are in units of the wave number above the relief, in air or a cover. Indices are relative to
+//! that medium.
 //!
 //! ```text
 //! q0, q      cosines of wi and wo; w = q + q0

@@ -6,7 +6,8 @@ use num_complex::Complex64;
 /// Amplitudes between polarisation states, `jones[out][in]`. State 0 has Ey and no Hy, state 1 has Hy and no Ey.
 pub type Jones = [[Complex64; 2]; 2];
 
-/// Amplitudes between all propagating orders of one grating, at one (t, b) and wavelength (symbols: [crate]).
+/// Amplitudes between all propagating orders of one grating, at one (t, b) and wavelength (symbols: [crate]). t is the
+/// wave number in the xz plane and b that of order 0 along x, both over 2π/period.
 ///
 /// Light incident *in order n* comes from the mirror direction of order n: its wave number is αn along x and −βn along
 /// z. Polarisation states are Ey and Hy, with y along the grooves; see [`transverse_basis`](crate::transverse_basis).

@@ -120,7 +120,7 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
     let period = profile.period_um();
     // κ/k = √(1 − y²), computed from x and z, which keeps its digits for light along the grooves.
     let kappa_over_k = wi[0].hypot(wi[2]);
-    // t = κd/2π and b = α₀d/2π. The light travels along −wi, so its wave number along x is α₀ = −k·wi.x.
+    // t = κd/2π and b = α₀d/2π, d the period. The light travels along −wi, so its wave number along x is α₀ = −k·wi.x.
     let (t, b) = (kappa_over_k * k * period / TAU, -wi[0] * k * period / TAU);
     // |wi.y| may exceed 1 by the tolerance of the length.
     check_size(profile, medium, wavelength_nm, wi[1].abs().min(1.0))?;

@@ -39,7 +39,7 @@ export function settingsChanged() {
   const index = `${eta} ${k}`;
   if (index === mappedIndex) return;
   mappedIndex = index;
-  // With WebGPU the artist draws the map, with the index that `orderPicture` has sent. Before the first complete data,
-  // `page.good` is null, and there is no map yet.
+  // With WebGPU the worker artist.js draws the map, with the index that `orderPicture` has sent. Before the first
+  // complete data, `page.good` is null, and there is no map yet.
   if (page.good) refreshMap();
 }

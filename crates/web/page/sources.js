@@ -10,8 +10,12 @@ import { showMessage, showProgress } from "./words.js";
 const withoutSource = (surface) =>
   Object.fromEntries(Object.entries(surface).filter(([key]) => !page.engine.catalogue.source_fields.includes(key)));
 
+/** Number of choices so far. A choice that waited for a file has no effect if another one has followed. */
+let choices = 0;
+
 /** Selects a preset. */
 export function choosePreset(preset) {
+  choices += 1;
   page.source = page.wanted = page.example = null;
   showWanted();
   byId("scale").hidden = true;
@@ -27,6 +31,7 @@ export async function chooseFile(file) {
     showMessage(`${file.name} has ${size} MB, and the page reads files of up to ${most} MB.`);
     return;
   }
+  const choice = ++choices;
   let sha256;
   try {
     showProgress("Reading the file");
@@ -37,6 +42,7 @@ export async function chooseFile(file) {
     return;
   }
   showProgress(null);
+  if (choice !== choices) return;
   const { wanted } = page;
   // Clears the key of the relief in hand: a file that is dropped a second time is read again, so that its scale can be
   // entered anew.
@@ -70,6 +76,7 @@ export function showWanted() {
 
 /** Selects an example with its settings and file, if any. Camera, sun and map stay unless the settings have them. */
 export async function chooseExample(example) {
+  const choice = ++choices;
   let source = null;
   if (example.file) {
     showProgress("Fetching the scan");
@@ -83,6 +90,7 @@ export async function chooseExample(example) {
       return;
     }
     showProgress(null);
+    if (choice !== choices) return;
   }
   const { camera, sun, map } = page.settings;
   try {

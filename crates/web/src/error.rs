@@ -87,8 +87,8 @@ impl From<TableError> for WebError {
     fn from(error: TableError) -> Self {
         let line = error.to_string();
         match error {
-            TableError::TooMuch { .. } => Self::Limit(line),
-            _ => Self::Settings(line),
+            TableError::TooMuch { .. } | TableError::TooLarge { .. } => Self::Limit(line),
+            TableError::OutOfRange { .. } => Self::Settings(line),
         }
     }
 }
@@ -98,6 +98,7 @@ impl From<BuildError> for WebError {
         match error {
             BuildError::HeightField(error) => error.into(),
             BuildError::Table(error) | BuildError::Colours(ColourTableError::Table(error)) => error.into(),
+            BuildError::Method(error) => error.into(),
             error => Self::Settings(error.to_string()),
         }
     }

@@ -90,6 +90,7 @@ def efficiencies(
         words = ["eval", "--method", "exact", "--height-field", path, "--pixel-size", pixel_um, "--level", "none"]
         words += ["--tiling", "periodic", "--coherence-length", COHERENCE_LENGTH_UM, "--eta", index.real, *form.words()]
         values = np.array(ask(words, questions))
+    # Values of the BSDF in 1/sr at the orders' centres. Times `power_of_value`, in sr, they are the orders' powers.
     parts = np.split(values, np.cumsum([len(jx) for _, jx, _ in lights])[:-1])
     return [part * power_of_value(light.wavelength_nm) for part, (light, _, _) in zip(parts, lights)]
 

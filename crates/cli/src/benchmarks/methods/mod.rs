@@ -43,7 +43,8 @@ const SHORTEST_UM: f64 = 0.38;
 pub(crate) struct Effort {
     /// Pairs of directions over which errors are computed.
     pub(crate) directions: usize,
-    /// Step between wavelengths of the reference in nm, of which 5 nm is a whole multiple.
+    /// Step between wavelengths of the reference in nm. 5 nm, the step at which spectra are compared, is a whole
+    /// multiple.
     pub(crate) truth_step_nm: f64,
     /// Pairs of directions over which methods are timed, at least as many as `directions`.
     pub(crate) timed_directions: usize,

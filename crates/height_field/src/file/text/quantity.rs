@@ -63,9 +63,15 @@ pub(super) fn quantity(text: &str) -> Option<Quantity> {
         }
         rest = after.trim();
         // The sign between the numbers along x and y, such as `×`.
-        let cross = ["x", "X ", "×", "*", "by "].iter().find_map(|sign| rest.strip_prefix(sign));
+        let cross = ["x", "X", "×", "*", "by "].iter().find_map(|sign| rest.strip_prefix(sign));
         match cross {
-            Some(after) if numbers.len() == 1 => rest = after.trim_start(),
+            Some(after) if numbers.len() == 1 => {
+                rest = after.trim_start();
+                // A sign without a second number is an error.
+                if rest.is_empty() {
+                    return None;
+                }
+            }
             // A blank alone separates the numbers.
             _ if rest.starts_with(|c: char| c.is_ascii_digit()) && numbers.len() == 1 => {}
             _ => break,
@@ -105,7 +111,8 @@ fn number_end(text: &str) -> usize {
     end
 }
 
-/// Unit at the beginning, with or without brackets, and the text after it. The unit is empty before a number or `x`.
+/// Unit at the beginning, with or without brackets, and the text after it. The unit is empty before a number, `x` or
+/// `by`.
 fn leading_unit(text: &str) -> (&str, &str) {
     if let Some((unit, rest)) = bracketed(text) {
         return (unit, rest);
@@ -137,6 +144,7 @@ mod tests {
             ("2400", &[2400.0], ""),
             ("10 x 5 µm", &[10.0, 5.0], "µm"),
             ("10x5", &[10.0, 5.0], ""),
+            ("10X5", &[10.0, 5.0], ""),
             ("10 µm × 5 µm", &[10.0, 5.0], "µm"),
             ("10 5 ~m", &[10.0, 5.0], "~m"),
             ("48 pixels", &[48.0], "pixels"),
@@ -145,7 +153,7 @@ mod tests {
         ] {
             assert_eq!(quantity(text), expected(numbers, unit), "{text}");
         }
-        for text in ["", "µm", "Height", "10 µm of skin", "10 nm x 5 µm", "2026-11-26", "1.2.3"] {
+        for text in ["", "µm", "Height", "10 µm of skin", "10 nm x 5 µm", "10 x", "2026-11-26", "1.2.3"] {
             assert_eq!(quantity(text), None, "{text}");
         }
         assert_eq!(quantity("2.5 nm").unwrap().lengths_um(), Some(vec![2.5e-3]));
