@@ -1,9 +1,9 @@
 //! Power density `S(f; κ)` of a spectral table, resampled to a finer grid of frequencies f and phase rates κ.
 //!
-//! Each node of the table has a record, its power as a function of κ. An interpolation kernel spreads the power over f.
-//! The grid's nodes hold the sums. A look-up in the grid is faster than one in the table: a build for one aperiodic
-//! period of the blazed grating takes 0.8 s instead of 7 s on two cores. Only tables of wide nodes have a grid, since
-//! it stays small there. They belong to aperiodic height fields a few µm wide.
+//! Each node of the table has a record: a header and the spline coefficients of its power over κ. An interpolation
+//! kernel spreads the power over f. The grid's nodes hold the sums. Albedo integrals read it, since a look-up is faster
+//! than in the table: one aperiodic period of the blazed grating takes 0.8 s instead of 7 s on two cores. Only tables
+//! of wide nodes have a grid, since it stays small there. They belong to aperiodic height fields a few µm wide.
 
 use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, LatticeAxis, NodeCurve, SpectralTable};
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 /// 0.5 % of the largest density, which a test measures. A narrower spacing takes more memory and time.
 const SPACING_SIGMAS: f64 = 0.4;
 /// Distance in standard deviations up to which a node of the table adds to the grid, for any interpolation kernel.
-/// Chosen, since a Gaussian kernel is there at 3e-4 of its peak.
+/// Chosen: a Gaussian kernel has fallen to 3e-4 of its peak there.
 const REACH_SIGMAS: f64 = 4.0;
 /// Steps in κ for each knot interval of the table's splines. Fewer steps are less accurate, since powers are linear
 /// between them; more take more memory and time. See [`SPACING_SIGMAS`] for the error.
@@ -51,7 +51,7 @@ impl PowerGrid {
         let axes = [&table.lattice().x, &table.lattice().y];
         let nodes_per_f = axes.map(|axis| 1.0 / (SPACING_SIGMAS * axis.sigma_per_um()));
         let reach = [0, 1].map(|c| {
-            // Largest frequency of the table in cycles/µm.
+            // Largest frequency of the table in cycles/µm; `cutoff` is in table nodes.
             let f_max = (axes[c].cutoff / axes[c].period_um).min(FREQUENCY_MAX_PER_UM);
             // The cubic interpolation reads up to two nodes beyond.
             (f_max * nodes_per_f[c]).ceil() as usize + 2
@@ -141,7 +141,7 @@ fn reached(
 ) -> impl Iterator<Item = (usize, f32)> + use<> {
     let (kernel, table_nodes_per_node) = (axis.kernel, axis.period_um / nodes_per_f);
     let spread = REACH_SIGMAS / SPACING_SIGMAS;
-    // The range is empty where the table node lies below the grid.
+    // The range is empty where the table node's reach ends below the grid.
     let (low, end) = ((centre - spread).ceil().max(0.0) as usize, ((centre + spread).floor() + 1.0).max(0.0) as usize);
     (low..count.min(end)).map(move |i| (i, kernel.weight((i as f64 - centre) * table_nodes_per_node) as f32))
 }

@@ -85,7 +85,7 @@ impl PackedTable {
         let format = format_of(table, nodes.len(), tolerance);
         let (entry_words, packet_words) = (format.entry_words(), format.packet_words());
         let entries_end = entry_words * table.offsets.len();
-        // The record of zeros, for nodes without a record, is as long as the longest record. Coefficients start at a
+        // The record of zeros, for nodes without a record, is as long as the longest record. It starts and ends at a
         // multiple of four words, the size of the largest packet.
         let zeros_start = entries_end.next_multiple_of(4);
         let longest = nodes.iter().map(|(_, _, record)| format.record_words(record)).max().unwrap_or(0);
