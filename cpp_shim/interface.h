@@ -107,6 +107,7 @@ public:
         const Complex diagonal = xx * dr::conj(yy), antidiagonal = xy * dr::conj(yx);
         auto re = [](const Complex &z) { return dr::real(z); };
         auto im = [](const Complex &z) { return dr::imag(z); };
+        // The empty comments keep one row of the matrix in each line when the file is formatted.
         return Spectrum(.5f * (a + b + c + d), .5f * (a - b + c - d), re(out_x + out_y), -im(out_x + out_y),         //
                         .5f * (a + b - c - d), .5f * (a - b - c + d), re(out_x - out_y), -im(out_x - out_y),         //
                         re(in_x + in_y), re(in_x - in_y), re(diagonal + antidiagonal), -im(diagonal - antidiagonal), //

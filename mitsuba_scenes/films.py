@@ -42,7 +42,7 @@ SPECTROMETER_VIEW = View(origin_cm=(-14, -31, 27), target_cm=(-1.5, 14, 3.5), fo
 WINDOW_CM = (14.0, 80.0)
 # Height of the window's sill above the floor.
 SILL_CM = 55.0
-# Direction to the sun, of about unit length: almost opposite the window, at an elevation of 41°.
+# Direction to the sun, of about unit length: 9° from the window's normal in azimuth, at an elevation of 41°.
 TO_SUN = (0.12, 0.75, 0.65)
 # Camera with its back to the room.
 WINDOW_VIEW = View(origin_cm=(45, -390, 190), target_cm=(-5, -130, 0), fov_deg=48.0)

@@ -18,8 +18,8 @@ from .scene import MAX_DEPTH, View, snake_scene
 from .snake import SnakeFiles
 
 # Largest number of paths of a pass before its samples per pixel are rounded up to a square number (`render`). They are
-# all in memory. A path typically takes 1 kB, so a pass takes about 8 GB.
-# Smaller values take less memory and more passes.
+# all in memory. A path typically takes 1 kB, so a pass takes about 8 GB. Smaller values take less memory and more
+# passes.
 PATHS_PER_PASS = 1 << 23
 # Smallest mean of a picture that is not black, in linear sRGB. Pictures of lit scenes have larger means.
 BLACK_MEAN = 1e-4

@@ -14,11 +14,11 @@ from pathlib import Path
 # Accepted relative difference of a page's numbers, which other machines round differently. Below 1e-3 the accepted
 # difference is 1e-6, that of the number 1e-3.
 RTOL = 1e-3
-# Words that mark lines of output which change from run to run. Such lines are not compared.
+# Words that mark lines of output that change from run to run. Such lines are not compared.
 VARIES = re.compile(r"seconds|origin|adapter|version")
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
-# Arguments of compilers for the C library of the last build.
+# Arguments of compilers for the C library of the last build; `target` is relative to the current folder.
 C_FLAGS = ["-Wall", "-Wextra", "-Werror", "-I", "target/c_abi/include"]
 C_LINK = ["-L", "target/c_abi/lib", "-lsunbeam", "-Wl,-rpath,target/c_abi/lib", "-lpthread", "-lm"]
 # Compilers by language.
@@ -75,7 +75,7 @@ def compare(shown, found):
 
 
 def run_console(text, _line):
-    """Runs the commands and compares their outputs. A command with a shown error of `sunbeam` may fail."""
+    """Runs the commands and compares their outputs. A command whose shown output ends with `sunbeam: …` may fail."""
     for command, shown in commands(text):
         refused = bool(shown) and shown[-1].startswith("sunbeam: ")
         found = shell(command, "-eu", check=not refused)
@@ -162,7 +162,7 @@ if __name__ == "__main__":
             KINDS[kind](text, line)
         except BaseException as error:
             print(f"\n{PAGE}:{line}: {kind}:\n{text}", flush=True)
-            # The message of an assertion says all; other errors need the traceback.
-            if not isinstance(error, AssertionError):
+            # An assertion needs no traceback. A block that exits, even with status 0, would skip the blocks after it.
+            if not isinstance(error, (AssertionError, SystemExit)):
                 raise
             sys.exit(str(error))

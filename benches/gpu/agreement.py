@@ -129,8 +129,9 @@ def errors_of(answered: Answers, expected: Answers, at_sample: Answers, comparab
     the results of `eval_pdf`. The entry `light` is no error: the expected densities, by which `judged` rejects a
     comparison in which most questions have no light.
     """
-    # A density of 0 marks a sample without light. Its weight must be 0, so the error is the weight's magnitude.
-    is_valid = answered.sampled_pdf > 0
+    # A density of 0 marks a sample without light. Its weight must be 0, so the error is the weight's magnitude. A NaN
+    # counts as valid, so that its error is infinite.
+    is_valid = answered.sampled_pdf != 0
     sampled_value = relative(*comparable(answered.weight * answered.sampled_pdf, at_sample.value), at_sample.pdf)
     density = relative_density(answered.sampled_pdf, at_sample.pdf)
     return {

@@ -4,8 +4,8 @@ Both skins have *fingers*, long parallel ridges; those of Xenopeltis are in rows
 fingers of both skins along y and the layers of Xenopeltis along x. The scans and the Xenopeltis preset are therefore
 turned by 90°.
 
-Heights are in µm, indexed [iy, ix] with y = 0 first. The coherence window is centred on pixel (0, 0); the surfaces
-repeat.
+Heights are in µm, indexed [iy, ix] with y = 0 first. The coherence window is centred on pixel (0, 0), with a standard
+deviation of a quarter of the coherence length; the surfaces repeat.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class Surfaces:
         return self.written(replace(surface, heights_um=heights_um))
 
     def cut(self, surface: Surface, edge_um: float) -> Surface:
-        """The square about pixel (0, 0) with this edge as a tile of its own, with a coherence length of 65 µm."""
+        """The square about pixel (0, 0) as a tile with pixel (0, 0) in its corner and a coherence length of 65 µm."""
         pixels = round(edge_um / surface.pixel_um)
         centred = np.roll(surface.heights_um, 2 * [pixels // 2], axis=(0, 1))[:pixels, :pixels]
         name = f"{surface.name}, {edge_um:g} µm"
@@ -135,7 +135,7 @@ def read_heights(*words) -> tuple[np.ndarray, float]:
 
 
 def cut_out(surface: Surface, edge_um: float, bar_um: float | None, pixels: int) -> Image.Image:
-    """A picture of the square about pixel (0, 0) with the edge `edge_um`, `pixels` wide and high, +y up.
+    """A picture of the square about pixel (0, 0), `edge_um` at most the relief's, `pixels` wide and high, +y up.
 
     Heights are grey, the lowest black; they must not all be equal. A red bar of `bar_um` for scale is in the lower
     right corner, unless `None`.

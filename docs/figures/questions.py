@@ -1,8 +1,7 @@
 """Random evaluations of the plugin in Mitsuba, whose values must be finite and not negative.
 
 A *question* is a pair of directions and a wavelength, for which a random surface's BSDF and sampling density are
-evaluated.
-Dr.Jit's kernels do this in single precision. The counterpart for the Rust core, in double precision, is
+evaluated by Dr.Jit's kernels, in single precision. The counterpart for the Rust core, in double precision, is
 crates/cli/src/benchmarks/stability/random_queries.rs.
 """
 
@@ -84,7 +83,7 @@ def questions(count: int, surfaces: int, seed: int = 1) -> dict:
     Returns the number of questions, `asked`, and the results of `one_surface` over all surfaces: sums of the counts,
     and the largest `reciprocity`.
     """
-    use_variant(VARIANT)
+    use_variant(VARIANT, fall_back=False)
     random = np.random.default_rng(seed)
     # Pairs of directions for each surface, rounded up.
     pairs = -(-count // (surfaces * CARRIED))

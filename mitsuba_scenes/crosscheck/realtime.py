@@ -31,8 +31,8 @@ def render(
 def compare(a: Path, b: Path, **options) -> dict:
     """Compares the EXR `b` with the reference `a`. Returns the JSON report of `sunbeam compare`.
 
-    The report has `flip` and `delta_e_2000` (CIEDE2000), each with `mean` and `p99`, and `relative_mse`. `options` are
-    the command's, such as `mask` and `png`.
+    The report has `flip` and `delta_e_2000` (CIEDE2000), each with `mean` and the 99th percentile `p99`, and
+    `relative_mse`. `options` are the command's, such as `mask` and `png`.
     """
     return json.loads(sunbeam("compare", a, b, *_named(options)))
 

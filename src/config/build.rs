@@ -261,7 +261,7 @@ impl SurfaceConfig {
     fn magnified_profile(&self, factor: f64) -> Result<Profile, BuildError> {
         self.validate()?;
         // Presets of gratings have an exact profile, whose shape these levels keep. `scale` and `depth` are applied
-        // here; the height field below has them applied.
+        // here; `height_field` applies them itself.
         if let (Source::Preset(preset), Level::None | Level::Mean) = (self.source(), self.level()) {
             if let Some((default_period_um, default_height_um)) = preset.defaults_um() {
                 let period_um = self.period.unwrap_or(default_period_um) * self.scale * factor;

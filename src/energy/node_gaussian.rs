@@ -271,6 +271,7 @@ fn integrate_cut(
     mut visit: impl FnMut(Vec3, f64, f64),
 ) {
     let bounds = [0, 1].map(|axis| limits[axis].map(|t| centre[axis] + t.clamp(-CUT_SIGMAS, CUT_SIGMAS) * sigma[axis]));
+    // Widths in radians of the angles of `hemisphere`, in which a Gaussian is no narrower than in direction cosines.
     let panels = sigma.map(|sigma| (CUT_PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / incidence.phase));
     let norm = 1.0 / (TAU * sigma[0] * sigma[1]);
     hemisphere(bounds, panels, incidence.wi[2], |wo, area| {

@@ -1,9 +1,10 @@
 //! Power density `S(f; κ)` of a spectral table, resampled to a finer grid of frequencies f and phase rates κ.
 //!
-//! Each node of the table has a record, its power as a function of κ. An interpolation kernel spreads the power over f.
-//! The grid's nodes hold the sums. A look-up in the grid is faster than one in the table: a build for one aperiodic
-//! period of the blazed grating takes 0.8 s instead of 7 s on two cores. Only tables of wide nodes have a grid, since
-//! it stays small there. They belong to aperiodic height fields a few µm wide.
+//! Each node of the table has a record: a header and the spline coefficients of its power over κ. An interpolation
+//! kernel spreads the power over f, and the grid's nodes hold the sums. Albedo integrals read the grid, since a look-up
+//! is faster than in the table: one aperiodic period of the blazed grating takes 0.8 s instead of 7 s on two cores.
+//! Only tables of wide nodes have a grid, since it stays small there. They belong to aperiodic height fields a few µm
+//! wide.
 
 use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, LatticeAxis, NodeCurve, SpectralTable};
 use rayon::prelude::*;
@@ -12,7 +13,7 @@ use rayon::prelude::*;
 /// 0.5 % of the largest density, which a test measures. A narrower spacing takes more memory and time.
 const SPACING_SIGMAS: f64 = 0.4;
 /// Distance in standard deviations up to which a node of the table adds to the grid, for any interpolation kernel.
-/// Chosen, since a Gaussian kernel is there at 3e-4 of its peak.
+/// Chosen: a Gaussian kernel has fallen to 3e-4 of its peak there.
 const REACH_SIGMAS: f64 = 4.0;
 /// Steps in κ for each knot interval of the table's splines. Fewer steps are less accurate, since powers are linear
 /// between them; more take more memory and time. See [`SPACING_SIGMAS`] for the error.
@@ -30,8 +31,8 @@ pub(super) struct PowerGrid {
     steps: usize,
     /// Steps per rad/µm.
     steps_per_kappa: f64,
-    /// Power density in µm², `[y][x][step]`.
-    powers: Vec<f32>,
+    /// Power densities in µm², `[y][x][step]`.
+    densities: Vec<f32>,
 }
 
 /// Part of a table node in one row of the grid.
@@ -41,17 +42,17 @@ struct RowPart<'a> {
     centre: f64,
     /// Weight of the row in the interpolation kernel along y.
     weight_y: f32,
-    /// Powers of the table node at every step of κ.
-    powers: &'a [f32],
+    /// Power densities of the table node at every step of κ.
+    densities: &'a [f32],
 }
 
 impl PowerGrid {
-    /// Resamples the power density of a table of powers.
+    /// Resamples the power density of an ensemble table, whose records are powers.
     pub(super) fn new(table: &SpectralTable) -> Self {
         let axes = [&table.lattice().x, &table.lattice().y];
         let nodes_per_f = axes.map(|axis| 1.0 / (SPACING_SIGMAS * axis.sigma_per_um()));
         let reach = [0, 1].map(|c| {
-            // Largest frequency of the table in cycles/µm.
+            // Largest frequency of the table in cycles/µm; `cutoff` is in table nodes.
             let f_max = (axes[c].cutoff / axes[c].period_um).min(FREQUENCY_MAX_PER_UM);
             // The cubic interpolation reads up to two nodes beyond.
             (f_max * nodes_per_f[c]).ceil() as usize + 2
@@ -62,30 +63,30 @@ impl PowerGrid {
         let curves: Vec<_> = (0..steps).map(|i| NodeCurve::new(table, i as f64 / steps_per_kappa)).collect();
         let kept = table.kept_nodes();
         let resample = |record: &[f32]| resampled(table, steps_per_kappa, &curves, record);
-        let node_powers: Vec<Vec<f32>> = kept.par_iter().map(|(_, _, record)| resample(record)).collect();
+        let node_densities: Vec<Vec<f32>> = kept.par_iter().map(|(_, _, record)| resample(record)).collect();
         let [columns, rows] = reach.map(|reach| 2 * reach + 1);
         // Position of table node j along axis c, in grid nodes from the first.
         let position = |c: usize, j: i64| j as f64 / axes[c].period_um * nodes_per_f[c] + reach[c] as f64;
         // The kernel is a product over both axes, so table nodes are spread along y first and then along x.
         let mut by_row: Vec<Vec<RowPart>> = vec![Vec::new(); rows];
-        for ((jx, jy, _), powers) in kept.iter().zip(&node_powers) {
+        for ((jx, jy, _), densities) in kept.iter().zip(&node_densities) {
             for (row, weight_y) in reached(axes[1], nodes_per_f[1], position(1, *jy), rows) {
-                by_row[row].push(RowPart { centre: position(0, *jx), weight_y, powers });
+                by_row[row].push(RowPart { centre: position(0, *jx), weight_y, densities });
             }
         }
-        // Powers of one row of the grid, `[x][step]`.
+        // Power densities of one row of the grid, `[x][step]`.
         let row = |parts: Vec<RowPart>| {
             let mut sums = vec![0f32; columns * steps];
-            for RowPart { centre, weight_y, powers } in parts {
+            for RowPart { centre, weight_y, densities } in parts {
                 for (column, weight_x) in reached(axes[0], nodes_per_f[0], centre, columns) {
                     let sum = &mut sums[column * steps..][..steps];
-                    sum.iter_mut().zip(powers).for_each(|(sum, power)| *sum += weight_y * weight_x * power);
+                    sum.iter_mut().zip(densities).for_each(|(sum, density)| *sum += weight_y * weight_x * density);
                 }
             }
             sums
         };
-        let powers = by_row.into_par_iter().flat_map_iter(row).collect();
-        Self { nodes_per_f, reach, steps, steps_per_kappa, powers }
+        let densities = by_row.into_par_iter().flat_map_iter(row).collect();
+        Self { nodes_per_f, reach, steps, steps_per_kappa, densities }
     }
 
     /// `S(f; κ)` in µm² at a frequency in cycles/µm and κ ≥ 0 in rad/µm, both clamped to the grid; never negative.
@@ -106,7 +107,7 @@ impl PowerGrid {
         let tk = step - k as f64;
         let columns = 2 * self.reach[0] + 1;
         let value = |dx: usize, dy: usize| {
-            let pair = &self.powers[((iy + dy) * columns + ix + dx) * self.steps + k..][..2];
+            let pair = &self.densities[((iy + dy) * columns + ix + dx) * self.steps + k..][..2];
             f64::from(pair[0]) + tk * f64::from(pair[1] - pair[0])
         };
         let (wx, wy) = (catmull_rom_weights(tx), catmull_rom_weights(ty));
@@ -141,7 +142,7 @@ fn reached(
 ) -> impl Iterator<Item = (usize, f32)> + use<> {
     let (kernel, table_nodes_per_node) = (axis.kernel, axis.period_um / nodes_per_f);
     let spread = REACH_SIGMAS / SPACING_SIGMAS;
-    // The range is empty where the table node lies below the grid.
+    // The range is empty where the table node's reach ends below the grid.
     let (low, end) = ((centre - spread).ceil().max(0.0) as usize, ((centre + spread).floor() + 1.0).max(0.0) as usize);
     (low..count.min(end)).map(move |i| (i, kernel.weight((i as f64 - centre) * table_nodes_per_node) as f32))
 }

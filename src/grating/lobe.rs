@@ -17,10 +17,10 @@
 //! efficiencies from one incident channel to every channel.
 //!
 //! At a body that transmits, both directions may lie on either side, and `f_r` is the power per solid angle and
-//! `|cosθo|` of light from `wi` to `wo`. Efficiencies depend on both sides, too. At a film all directions are in air,
-//! so the formulas are the same. Below an interface directions lie in the medium of index n: they enter `f` times n,
-//! and `f_r` has the factor n² of the outgoing medium, because a solid angle covers `n²|wo.z|/λ²` of the plane of
-//! frequencies for each steradian.
+//! `|cosθo|` of light from `wi` to `wo`. Efficiencies then depend on the sides of both, too. At a film all directions
+//! are in air, so the formulas are the same. Below an interface directions lie in the medium of index n: they enter `f`
+//! times n, and `f_r` has the factor n² of the outgoing medium, because a solid angle covers `n²|wo.z|/λ²` of the plane
+//! of frequencies for each steradian.
 
 use super::channels::Channels;
 use super::efficiencies::EfficiencyView;

@@ -24,8 +24,8 @@ pub(super) type TermWeights = [[f32; 4]];
 type BatchWeights = ArrayVec<[f32; 4], { LANES * TERMS_MAX / 2 }>;
 
 impl OrderGrid {
-    /// Number of terms to sum at `x = κH`, an even number. From the κH [`OrderGrid::full_terms_kappa_h`] on all terms
-    /// are summed. For each unit below it the series needs at least one term less.
+    /// Number of terms to sum at `x = κH`, an even number. All terms are summed where x is at least
+    /// [`OrderGrid::full_terms_kappa_h`]. For each unit below it the series needs at least one term less.
     pub(super) fn terms_at(&self, x: f32) -> usize {
         let spare = (self.full_terms_kappa_h - x).max(0.0) as usize;
         (self.terms as usize).saturating_sub(spare).max(1).next_multiple_of(2)

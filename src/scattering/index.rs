@@ -11,7 +11,7 @@ pub struct ComplexIndex {
     pub k: f64,
 }
 
-/// Largest `k/eta` of a dielectric. Chosen: keratin with melanin stays below 0.05, metals lie above 1. A larger value
+/// Largest `k/eta` of a dielectric. Chosen: keratin with melanin stays below 0.05, metals lie above 0.7. A larger value
 /// would count strong absorbers as dielectrics, and dielectrics have the small-slope factor by default.
 const DIELECTRIC_MAX: f64 = 0.1;
 

@@ -155,6 +155,7 @@ impl TransparentBody {
     /// Transmittance of a flat film for unpolarised light at a cosine with the normal, without light that is reflected
     /// between its two sides.
     pub fn transmittance(self, cos: f64) -> f64 {
+        // Transmittances depend on z alone, so the vector need not have unit length.
         let [s, p] = self.wave::<Plain<'_, f64>>([0.0, 0.0, cos]).refracted;
         // Each state passes two sides of equal transmittance.
         0.5 * (s * s + p * p)

@@ -8,7 +8,7 @@ use super::lattice::{Lattice, LatticeAxis};
 use super::{FREQUENCY_MAX_PER_UM, HEADER, NodeQuantity};
 use std::f64::consts::TAU;
 
-/// Largest κ in rad/µm: `|wi + wo| ≤ 2` at the shortest wavelength.
+/// Largest κ in rad/µm: `|wi + wo| ≤ 2` at the shortest wavelength, `λmin = 2/FREQUENCY_MAX_PER_UM`.
 pub(super) const KAPPA_MAX: f64 = TAU * FREQUENCY_MAX_PER_UM;
 
 /// Number of knots beyond either end of the κ range. The boundary conditions at the spline's ends reach into the range

@@ -1,7 +1,8 @@
 //! A [`SpectralTable`] packed in 32-bit words, the form that evaluators read.
 //!
-//! A *record* is the power or amplitude of one node over κ, as spline coefficients. A node's *entry* has their start,
-//! counted in *packets*, the words that a look-up reads at once (`format.rs`). The order of the words:
+//! A *record* is the power or amplitude of one node over κ: a header and spline coefficients. A node's *entry* has the
+//! start of the coefficients, counted in *packets*, the words that a look-up reads at once. By format it also has the
+//! header and a scale (`format.rs`). The order of the words:
 //!
 //! 1. An entry for every node of the lattice, row by row from node `(−reach, −reach)`.
 //! 2. The coefficients of a record of zeros, which stands for all nodes without a record.
@@ -85,7 +86,7 @@ impl PackedTable {
         let format = format_of(table, nodes.len(), tolerance);
         let (entry_words, packet_words) = (format.entry_words(), format.packet_words());
         let entries_end = entry_words * table.offsets.len();
-        // The record of zeros, for nodes without a record, is as long as the longest record. Coefficients start at a
+        // The record of zeros, for nodes without a record, is as long as the longest record. It starts and ends at a
         // multiple of four words, the size of the largest packet.
         let zeros_start = entries_end.next_multiple_of(4);
         let longest = nodes.iter().map(|(_, _, record)| format.record_words(record)).max().unwrap_or(0);
@@ -189,6 +190,7 @@ impl PackedTable {
 
     /// `S(f; κ)` in µm² at a frequency in cycles/µm and κ in rad/µm.
     pub fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
+        // `true`: the only lane is active.
         self.view().density(f, kappa, true)
     }
 

@@ -52,7 +52,7 @@ pub fn relief_picture(field: &HeightField, side_max: usize) -> ReliefPicture {
 
 /// The largest number of the form 1, 2 or 5 times a power of ten up to `most` > 0.
 fn round_length(most: f64) -> f64 {
-    // Without rounding, 1 · decade is at most `most`. If rounding makes it larger, it is the result nevertheless.
+    // In exact arithmetic `decade` is at most `most`. Where a rounded logarithm makes it larger, it is the result.
     let decade = 10f64.powf(most.log10().floor());
     [5.0, 2.0, 1.0].into_iter().map(|digit| digit * decade).find(|length| *length <= most).unwrap_or(decade)
 }

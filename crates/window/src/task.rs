@@ -12,7 +12,7 @@ pub(crate) struct Task<T> {
 }
 
 impl<T: Send + 'static> Task<T> {
-    /// Starts the work; its end repaints the window.
+    /// Starts the work; its result repaints the window.
     pub(crate) fn start(ctx: &egui::Context, work: impl FnOnce() -> Result<T, String> + Send + 'static) -> Self {
         let (sender, result) = mpsc::channel();
         let ctx = ctx.clone();

@@ -62,7 +62,10 @@ class Efficiencies:
 def solve(
     profile: Sinusoid | Polygon, wavelength_nm: float, theta_i_deg: float, resolution: Resolution = Resolution()
 ) -> Efficiencies:
-    """Efficiencies of all propagating orders. Raises ValueError if an order grazes the surface."""
+    """Efficiencies of all propagating orders, for light from above and, at a positive angle, from +x.
+
+    Raises ValueError if an order grazes the surface.
+    """
     k = 2e3 * np.pi / wavelength_nm
     alpha0, beta0 = -k * np.sin(np.radians(theta_i_deg)), k * np.cos(np.radians(theta_i_deg))
     # Upper bound of |m| for orders m that propagate: |α_0 + 2πm/period| < k, and |α_0| ≤ k.

@@ -21,7 +21,8 @@ from .scatmech import lamellar as metal_lamellar
 FOLDER = REPOSITORY / "crates" / "rigorous" / "tests" / "data"
 # Rounded indices at 550 nm: Rakić 1998 (Al), Johnson & Christy 1972 (Ag, Au).
 METALS = {"Al": 0.96 + 6.69j, "Ag": 0.06 + 3.59j, "Au": 0.42 + 2.35j}
-# Lamellar gratings and lights at 550 nm: period and height in µm, angle of incidence and azimuth in degrees.
+# Lamellar gratings and lights at 550 nm: period and height in µm, angle of incidence and azimuth in degrees. At
+# azimuth 0 the plane of incidence is perpendicular to the grooves.
 LAMELLAR = [(1.6, 0.12, 40.0, 0.0), (1.6, 0.12, 25.0, 40.0), (0.8, 0.12, 40.0, 90.0), (0.8, 0.2, 60.0, 40.0)]
 LAMELLAR += [(0.3, 0.08, 20.0, 0.0), (0.3, 0.08, 55.0, 40.0)]
 PROFILES = {"sinusoid": Sinusoid, "blazed": blazed, "lamellar": lamellar}

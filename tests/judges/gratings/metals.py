@@ -32,10 +32,10 @@ def index(metal: str, wavelength_nm: float) -> complex:
     return complex(*parts)
 
 
-def surface_plasmon(index: complex) -> float:
+def surface_plasmon(metal_index: complex) -> float:
     """Wave number along a flat metal in air of the surface plasmon, in units of 2π/λ: Re √(ε/(1 + ε)).
 
     Raether, *Surface Plasmons on Smooth and Rough Surfaces and on Gratings* (1988), ch. 2.
     """
-    permittivity = index**2
+    permittivity = metal_index**2
     return float(np.sqrt(permittivity / (1 + permittivity)).real)

@@ -65,6 +65,7 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
         answer_parts = range.parts;
         let wi = optics_inside(optics, query.wi);
         let wo = optics_inside(optics, query.wo);
+        // Both factors are 1 for a film, whose pairs are not valid where one direction is below.
         let factor = optics_cover_factor(optics, query.wi, query.wo) * optics_factor(optics, pair_new(wi, wo));
         reflectance = factor * answer_rgb(wi, wo);
         if loops_are_cut_short() {

@@ -1,4 +1,5 @@
-//! Errors of a candidate (candidate.rs) against the reference spectra (`Truth`), over all pairs of directions.
+//! Errors of a candidate, a method with its parameters, against the reference spectra (`Truth`), over all pairs of
+//! directions.
 //!
 //! Spectra and colours are those of f_r in 1/sr without the Fresnel factor. The reference's S/λ² is multiplied by the
 //! obliquity and shadowing factor O·M (docs/model.md#the-reflectance). For ΔE₂₀₀₀, colours are exposed and clipped as
