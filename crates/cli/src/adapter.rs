@@ -133,7 +133,7 @@ fn timed<T>(
 /// Destroys the device and submits a query, which must fail. Returns its error message on one line.
 ///
 /// # Errors
-/// A query that is answered all the same.
+/// A query that is answered although the device is destroyed.
 fn lose_device(gpu: &Gpu, shader: &Shader) -> Result<String, Box<dyn Error>> {
     gpu.device().destroy();
     match shader.evaluate(gpu, &[Query::default()]) {
