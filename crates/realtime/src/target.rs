@@ -52,7 +52,7 @@ pub struct Target {
     pub(super) chosen: wgpu::Buffer,
     /// The struct `Lists` of `locate.wgsl`.
     pub(super) lists: wgpu::Buffer,
-    /// The method's answer for each pixel of `chosen`, a `vec4<f32>` with an unused fourth component.
+    /// The method's answer at each pixel, valid at those of `chosen`: a `vec4<f32>` with an unused fourth component.
     pub(super) reflectances: wgpu::Buffer,
     /// See [`Target::picture`].
     picture: wgpu::Buffer,

@@ -1,5 +1,5 @@
-//! The propagating orders of one medium. Symbols are those of `lib.rs`: t is the period in units of the medium's
-//! wavelength, b the Bloch phase in turns, m the index of an order.
+//! The propagating orders of one medium. Symbols are those of `lib.rs`: t is the period in units of 2π/κ, the
+//! wavelength across the grooves, b the Bloch phase in turns, m the index of an order.
 
 use std::f64::consts::TAU;
 
