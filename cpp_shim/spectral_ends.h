@@ -58,7 +58,8 @@ public:
     /// Mitsuba's whole range.
     ///
     /// For a texture made of a spectrum, `nm` has the rising wavelengths and `values` the spectrum's values. Otherwise
-    /// both are empty. `source` names the texture in warnings and errors. Throws if no wavelength has a value.
+    /// both are empty, and an RGB or mono variant keeps the texture. `source` names the texture in warnings and errors.
+    /// Throws if no wavelength has a value.
     void initialise(mitsuba::ref<Texture> &texture, const std::string &source, const std::vector<double> &nm,
                     const std::vector<double> &values) {
         m_source = source;

@@ -30,8 +30,8 @@ def frame(plan: Plan, folder: Path, method: str, size: tuple[int, int]) -> dict:
 
     `stages_ms` has the median time of each stage of a frame, `ms` is their sum, and `clock` the source of the times.
     `lit_pixels` is the number of pixels that show sunlit skin; `submissions` GPU submissions shade them. `data_mb` is
-    the size of the method's data. `reached` compares `ms` with AIM_MS. `passed` needs a time, measured on a GPU unless
-    the run is dry.
+    the size of the method's data. `reached` compares `ms` with AIM_MS. `passed` needs a time above 0, of a
+    GPU, or of the software adapter in a dry run.
     """
     picture = folder / "frame.exr"
     arguments = ["render", "-o", picture, "--adapter", plan.adapter, "--method", method]

@@ -66,9 +66,9 @@ def figures() -> dict:
     """Misplaced power of each theory, errors of `rigorous` and of the judges, and errors of tables.
 
     `rows` has an entry for each grating. Its `misplaced` has a list for each theory: the means over the wavelengths,
-    one for each light of LIGHTS_DEG. `error` is the rms difference of an order's power between `rigorous` and the
-    judge. `unsettled` has by preset the largest change of an order's power between a judge's two resolutions. Raises
-    SetupError if the numbers contradict the page.
+    one for each of `lights_deg`, angle of incidence and azimuth. `error` is the rms difference of an order's power
+    between `rigorous` and the judge. `unsettled` has by preset the largest change of an order's power between a judge's
+    two resolutions. Raises SetupError if the numbers contradict the page.
     """
     judged = transmitted.load()
     rows, rigorous_errors = [], []

@@ -187,7 +187,8 @@ def figures() -> dict:
     - `panel`: the side of a panel in pixels; `sheets`: the results of `draw`, with the errors of compared panels.
     - `scans`: whether all scans are present; `skins`: name and key of the surfaces of each species.
     - `steps`, `white_spot`, `spread`, `valleys`, `terms_seen`, `right_side`, `reference_check`: from map_checks.py.
-    - `pixel`: the largest colour difference of the reference map that `about_the_base` causes by lowering one pixel.
+    - `pixel`: the mean colour difference of the reference map that `about_the_base` causes by lowering one pixel, the
+      largest of all surfaces.
     - `sums`: numbers of Taylor's terms at the wavelength `sums_nm`, from which on errors are at most `converged`.
     """
     folder = images(PART)

@@ -309,7 +309,9 @@ def sub_regions(folder: Path, measured: dict, plain: Evaluation) -> dict:
     # The limit between the ridges: spacings below it belong to the lower one.
     middle_nm = (spacings_nm.min() + spacings_nm.max()) / 2
     lower_nm, upper_nm = spacings_nm[spacings_nm < middle_nm], spacings_nm[spacings_nm >= middle_nm]
-    if upper_nm.min() - lower_nm.max() < APART_NM or max(np.ptp(lower_nm), np.ptp(upper_nm)) > APART_NM:
+    # Equal spacings leave the lower ridge empty.
+    are_apart = len(lower_nm) > 0 and upper_nm.min() - lower_nm.max() >= APART_NM
+    if not are_apart or max(np.ptp(lower_nm), np.ptp(upper_nm)) > APART_NM:
         low_nm, high_nm = spacings_nm.min(), spacings_nm.max()
         raise SetupError(f"the sub-regions make no two ridges: spacings from {low_nm} to {high_nm} nm")
     draw_ridges(folder / "ridges.png", measured, plain, found)

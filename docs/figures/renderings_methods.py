@@ -53,8 +53,8 @@ DEMO_UM = 10.0
 GEMS = {"stam_form": "gems"}
 # Size of the timed frames of table 2.1 in pixels.
 FRAME = "384x256"
-# Number of renders of a timed frame. `sunbeam render` reports the median time of each stage, which is insensitive to
-# interruptions; of two renders it is the longer time. More renders give steadier times and take longer.
+# Number of renders of a timed frame. `sunbeam render` reports the median time of each stage, of two renders the longer
+# time. More renders give steadier times and take longer.
 REPEATS = 2
 # A map counts as symmetric if the ratio of the luminances of its right and left half differs from 1 by less.
 SYMMETRIC = 1e-3

@@ -131,8 +131,8 @@ impl Path {
         terms
     }
 
-    /// Number of spline coefficients that the `[ring][term]` of a group read at each point: up to the fourth from
-    /// [`Term::first`] on. 0 where there is no term.
+    /// Number of spline coefficients to interpolate at each point, up to the last that a term reads; 0 without a term.
+    /// `terms` are those of a group, `[ring][term]`.
     pub(super) fn coefficient_counts(&self, terms: &[Vec<Term>]) -> Vec<usize> {
         let mut counts = vec![0; self.count];
         for Term { point, first, .. } in terms.iter().flatten() {

@@ -14,8 +14,8 @@ use crate::scattering::{COSINE_MIN, Vec3};
 /// against 0.007, the cosine one cell inside the rim of the finest grid (48 cells, `build.rs`).
 const RIM_COSINE: f64 = 1e-4;
 
-/// Values of cosθ at which cells on the horizon are checked: 89.94° and 89.83°. The albedo of wide orders has a pole at
-/// the horizon that is confined to the last tenths of a degree. Chosen.
+/// Values of cosθ at which the interpolation in cells on the horizon is checked (`build/raise.rs`): 89.94° and 89.83°.
+/// Chosen: the albedo of wide orders has a pole at the horizon that is confined to the last tenths of a degree.
 const RIM_COSINES: [f64; 2] = [1e-3, 3e-3];
 
 /// Place of a direction in a grid.

@@ -46,7 +46,7 @@
 //! | `efficiencies.rs`, `build.rs` | the table of efficiencies: look-up, and build from solved points |
 //! | `chebyshev.rs` | nodes at which a cell is solved, and resampling to the table's nodes |
 //! | `plan.rs`, `wavelengths.rs` | numbers of nodes and wavelengths of a table, and the cost of its build |
-//! | `order_solver.rs`, `rigorous_solver.rs` | the solver behind the tables |
+//! | `order_solver.rs`, `rigorous_solver.rs` | traits of the solvers behind the tables, and the solver of reflectors |
 //! | `dielectric_solver.rs`, `film_solver.rs` | the solver of both sides of a dielectric, and that of a film |
 //! | `interface_solver.rs`, `interface_table.rs` | cells of an interface: their solver, and the build of its tables |
 //! | `lobe.rs`, `surface.rs` | the lobe at wavelengths and the surface that owns its table |

@@ -298,7 +298,7 @@ impl Albedos {
 }
 
 /// Builds the sampler. Directions are sampled in proportion to R0·F, the table's colour times the reference's
-/// reflectance. Stam's obliquity factor is `(q²/w)²`, with the scattering vector q, times a factor of the two cosines.
+/// reflectance. Stam's obliquity factor is `(q²/w)²` times a factor of the two cosines; q = wi + wo = (u, v, w).
 /// The sampler's weights include `(q²/w)²` (src/sampling/colour.rs). Samplers replace the small-slope factor by that of
 /// Stam or by 1 ([`Options::sampling_obliquity`]).
 fn build_sampler(table: &ColourTable, options: &Options, reference: Option<ComplexIndex>) -> ColourSampler {
@@ -324,7 +324,7 @@ fn reflectance_ratio(
     match (index, reference) {
         (Some(index @ SpectralIndex::Sampled(_)), Some(reference)) => {
             let r0 = fresnel_unpolarised(cosine, reference);
-            // Where the reference reflects nothing, no wavelength reflects.
+            // Where the reference reflects nothing, no wavelength of `REFERENCE_NM` reflects.
             if r0 > 0.0 { fresnel_unpolarised(cosine, index.at(wavelength_nm)) / r0 } else { 1.0 }
         }
         _ => 1.0,

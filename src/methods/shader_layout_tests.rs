@@ -206,7 +206,7 @@ fn uniforms_have_the_layout_of_the_shaders() {
 
 #[test]
 fn constants_of_rust_and_wgsl_agree() {
-    // Values of all constants in WGSL that are defined in Rust too.
+    // Values of the constants in Rust, under their names in WGSL.
     let mut expected: Vec<(&str, f64)> = vec![
         ("TAU", std::f32::consts::TAU.into()),
         ("WAVELENGTH_MIN_UM", super::WAVELENGTH_MIN_UM.into()),

@@ -101,7 +101,7 @@ impl Relief for Stam {
 
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
         let Some(um) = visible_um(wavelength_nm).filter(|_| is_query(q)) else { return Some(0.0) };
-        // Orders of the other sign are at least 1/d further away, and are left out.
+        // Orders of the other sign are at least 1/d away from u/λ, and are left out.
         let gaussian = |n: u32| {
             let distance_per_um = q[0].abs() / um - n as f32 / self.period_um;
             (-(2.0 * PI * self.window_um * distance_per_um).powi(2)).exp()

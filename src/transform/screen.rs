@@ -57,7 +57,7 @@ impl OrderTransform {
         let mut screen = vec![Complex64::ZERO; self.centred_um.len()];
         screen.par_chunks_mut(CHUNK).zip(self.centred_um.par_chunks(CHUNK)).for_each(|(screen, heights)| {
             for (pixels, heights) in screen.chunks_mut(ANGLES).zip(heights.chunks(ANGLES)) {
-                // The last group may have fewer than four heights.
+                // The last group may have fewer heights.
                 let phase = |i: usize| heights.get(i).map_or(0.0, |h| kappa * h);
                 let found = sines_and_cosines(std::array::from_fn(phase));
                 pixels.iter_mut().zip(found).for_each(|(pixel, (sin, cos))| *pixel = Complex64::new(cos, sin));

@@ -7,7 +7,7 @@ use std::time::Instant;
 use sunbeam::grating::{GratingColourSurface, GratingSurface, preset_profile};
 use sunbeam::height_field::Preset;
 use sunbeam::methods::{Method, MethodKind, MethodOptions, StamForm, build};
-use sunbeam::scattering::Options;
+use sunbeam::scattering::{Options, TransparentBody};
 use sunbeam::table::{Model, Progress};
 use sunbeam_realtime::{AdapterChoice, Gpu, Optics, Query, Renderer, Shader, TonePass};
 
@@ -97,11 +97,14 @@ fn compile_all(gpu: &Gpu) -> Result<(Vec<CompiledShader>, Shader), Box<dyn Error
     for kind in MethodKind::ALL {
         shade(kind.name(), &*build(kind, &field, &patch, &MethodOptions::default())?)?;
     }
-    // Stam's method and conserving tables have a second shader each.
+    // Stam's method has a second shader, and tables have others for energy conservation and films.
     let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
     shade("stam of GPU Gems", &*build(MethodKind::Stam, &field, &patch, &gems)?)?;
     let conserving = build(MethodKind::Table, &field, &Options::default(), &MethodOptions::default())?;
     shade("table that keeps energy", &*conserving)?;
+    let body = TransparentBody::new(1.5, true, patch.coherence_length_um);
+    let film = Options { body: Some(body), ..patch };
+    shade("table of a film", &*build(MethodKind::Table, &field, &film, &MethodOptions::default())?)?;
     let last_shader = shade("grating by Maxwell's equations", &grating()?)?;
     Ok((compiled, last_shader))
 }
@@ -130,7 +133,7 @@ fn timed<T>(
 /// Destroys the device and submits a query, which must fail. Returns its error message on one line.
 ///
 /// # Errors
-/// A query that is answered all the same.
+/// A query that is answered although the device is destroyed.
 fn lose_device(gpu: &Gpu, shader: &Shader) -> Result<String, Box<dyn Error>> {
     gpu.device().destroy();
     match shader.evaluate(gpu, &[Query::default()]) {

@@ -36,7 +36,7 @@ impl Output {
         extension_of(&self.0).is_some_and(|found| found == extension)
     }
 
-    /// Stores the contents, and replaces an existing file.
+    /// Stores the contents, and replaces an existing file. Callers print to stdout themselves ([`Output::is_stdout`]).
     ///
     /// # Errors
     /// The path with the system's message.

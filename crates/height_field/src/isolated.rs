@@ -6,7 +6,7 @@
 //!
 //! A *level* of a relief is a height that many points share exactly, such as the floor of a lamellar grating. A level
 //! may lie as far from the others as a number for missing points. It differs in two properties: it covers an area, and
-//! the other values have a level, too. Measured heights have no levels, since noise makes them differ.
+//! the other values have a level, too. Measured heights have no levels: noise spreads them over many values.
 //!
 //! The numbers that programs commonly write for missing points, such as −9999, are never levels. The only exceptions
 //! are both ends of the 16-bit integers, if a relief has both as levels, such as a grating from −32767 to 32767.

@@ -58,7 +58,7 @@ pub(super) fn resolve() -> String {
 /// Errors of building the methods.
 pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let field = Preset::Sinusoidal.build(None, None)?;
-    // Energy conservation changes the WGSL, and only the method `table` has it.
+    // The published methods accept only these options. Energy conservation changes the WGSL of `table`.
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
     let (coherence_length_um, build_limit) = (65.0, 1.0);
     // A film of index 1.5.

@@ -52,7 +52,7 @@ pub struct Target {
     pub(super) chosen: wgpu::Buffer,
     /// The struct `Lists` of `locate.wgsl`.
     pub(super) lists: wgpu::Buffer,
-    /// The method's answer for each pixel, `vec4<f32>` with an unused fourth component.
+    /// The method's answer at each pixel, valid at those of `chosen`: a `vec4<f32>` with an unused fourth component.
     pub(super) reflectances: wgpu::Buffer,
     /// See [`Target::picture`].
     picture: wgpu::Buffer,
@@ -147,10 +147,11 @@ impl Target {
         Ok(contents.chunks_exact(size_of::<Query>()).map(bytemuck::pod_read_unaligned).collect())
     }
 
-    /// The query of the last sample of a pixel inside the picture; columns count from the left and rows from the top.
+    /// The query of the last sample of a pixel; columns count from the left and rows from the top. The pixel must be in
+    /// the picture: a column outside gives the query of another pixel.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], also for a row outside the picture, [`GpuError::Lost`].
+    /// [`GpuError::Refused`], for instance for a row outside the picture, [`GpuError::Lost`].
     pub async fn read_query_async(&self, gpu: &Gpu, column: u32, row: u32) -> Result<Query, GpuError> {
         let index = u64::from(row) * u64::from(self.width) + u64::from(column);
         let staging = gpu.staging(QUERY_BYTES);

@@ -1,4 +1,5 @@
-//! The propagating orders of one medium. Symbols are those of `lib.rs`.
+//! The propagating orders of one medium. Symbols are those of `lib.rs`: t is the period in units of 2π/κ, the
+//! wavelength across the grooves, b the Bloch phase in turns, m the index of an order.
 
 use std::f64::consts::TAU;
 
@@ -40,6 +41,7 @@ impl Waves {
 
 /// t, raised by twice [`CUTOFF_DISTANCE`] where it lies within [`CUTOFF_DISTANCE`] of a cut-off, |b + m| = t.
 pub(crate) fn away_from_cutoffs(t: f64, b: f64) -> f64 {
+    // At a cut-off, t − b or t + b is the integer m or −m.
     let distance_to_integer = |x: f64| (x - x.round()).abs();
     let distance = distance_to_integer(t - b).min(distance_to_integer(t + b));
     if distance < CUTOFF_DISTANCE { t + 2.0 * CUTOFF_DISTANCE } else { t }

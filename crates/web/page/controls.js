@@ -28,10 +28,10 @@ export function listenToControls() {
 /** Number in an input; undefined for an empty one. */
 const number = (input) => (input.value === "" ? undefined : input.valueAsNumber);
 
-/** Sets a field of the surface. Undefined selects the default. */
-function setField(surface, key, value) {
-  if (value === undefined) delete surface[key];
-  else surface[key] = value;
+/** Sets a field of a part of the settings. Undefined selects the default. */
+function setField(part, key, value) {
+  if (value === undefined) delete part[key];
+  else part[key] = value;
 }
 
 /** Lets the control `id` change the field of the surface with the same name. `read(control)` returns the value. */
@@ -149,7 +149,7 @@ function listenToPicture() {
 function listenToMap() {
   for (const [id, key] of [["map_theta", "theta_deg"], ["map_phi", "phi_deg"]]) {
     byId(id).addEventListener("change", () => {
-      change(({ map }) => (map[key] = byId(id).valueAsNumber));
+      change(({ map }) => setField(map, key, number(byId(id))));
       refreshMap();
     });
   }

@@ -1,5 +1,5 @@
-//! Draws pictures, BRDF maps and screenshots, step by step. The thread of drawer.rs gives the orders and runs the
-//! steps.
+//! Draws pictures, BRDF maps and screenshots, step by step. The thread of drawer.rs gives the orders, requests for
+//! work, and runs the steps.
 
 use super::hemisphere::{self, BrdfMap};
 use std::path::{Path, PathBuf};
@@ -135,7 +135,7 @@ impl Artist {
         self.shot = Some(shot);
     }
 
-    /// The next step; `None` if nothing is left to do. The order of steps is a first picture, a first map, finer
+    /// The next step; `None` if nothing is left to do. Steps follow as a first picture, a first map, finer
     /// pictures, and finer maps. A screenshot needs the finest picture, so no maps are drawn while one is ordered.
     pub(crate) fn next_step(&self) -> Option<Step> {
         let picture = self.progressive.next_level().map(Step::Picture);

@@ -90,7 +90,7 @@ class HeldSurfaces:
     def __init__(self, memory_bytes: float):
         #: Memory limit of the worker in bytes, which may be changed between calls; 0 where it has none.
         self.memory_bytes = memory_bytes
-        #: Seconds spent so far on building tables, or reading them from the disk cache.
+        #: Seconds spent so far on estimating and building tables, or reading them from the disk cache.
         self.seconds = 0.0
         # Surfaces and the bytes of their tables by key, the least recently used first.
         self._held: OrderedDict[str, tuple[Reflector, float]] = OrderedDict()

@@ -3,6 +3,9 @@
 The light comes from air and is unpolarised. A power is its fraction in one order that leaves into air. Light that the
 cover's flat side reflects back to the grating is left out. The transmittances of the flat side multiply the powers
 inside. A *state* is a polarisation, s or p.
+
+`Judged.power` is by order, `Judged.states` the powers `[order, outgoing state, incident state]`; both are inside the
+cover.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ from .theories import EXACT, SCALAR, grating_arguments, medium_arguments
 def transmittances(eta: float, cos: np.ndarray | float) -> np.ndarray:
     """Fresnel's transmittances of a cover's flat side in s and p, `[..., state]`, from its index and cosines in air."""
     cos = np.asarray(cos)
-    # `eta` times the cosine inside.
+    # `eta` times the cosine of the refraction angle.
     inside = np.sqrt(eta**2 - 1 + cos**2)
     return np.stack(
         [4 * cos * inside / (cos + inside) ** 2, 4 * eta**2 * cos * inside / (eta**2 * cos + inside) ** 2], axis=-1
@@ -45,10 +48,10 @@ def through_states(judged: Judged) -> np.ndarray:
 
 
 def powers(judged: Judged, theory: str, cover_eta: float | None = None) -> np.ndarray:
-    """Powers of the judge's orders by SCALAR or EXACT (`theories`), from `sunbeam eval --method exact`.
+    """Powers of the judge's orders by SCALAR or EXACT (Maxwell's equations), from the BSDF of `sunbeam eval`.
 
-    `cover_eta` replaces the setting's index of the cover. SCALAR does not conserve energy; its obliquity factor is what
-    the default `auto` chooses for the medium.
+    `--method exact` is the BSDF without tables, in either theory. `cover_eta` replaces the setting's index of
+    the cover. SCALAR does not conserve energy; its obliquity factor is what the default `auto` chooses for the medium.
     """
     setting = judged.setting
     wi = setting.wi.tolist()

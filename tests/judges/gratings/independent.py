@@ -105,7 +105,7 @@ def sinusoid_rayleigh(
     z = at.z - 0.5 * profile.height
     up = np.exp(1j * (np.outer(at.x, waves.alpha) + np.outer(z, waves.beta)))[:, keep]
     down = np.exp(1j * (waves.alpha0 * at.x - waves.beta[waves.orders == 0] * z))
-    # Scales of the columns: evanescent waves get unit amplitude at the ridges, so that all columns are of similar size.
+    # Scales of the columns: evanescent waves get unit amplitude at the bottom, where they are largest.
     scale = np.exp(-waves.beta.imag * 0.5 * profile.height)[keep]
     # ∂/∂ν of each wave, over i times the wave.
     derivative_up = np.outer(at.normal_x, waves.alpha[keep]) + np.outer(at.normal_z, waves.beta[keep])

@@ -62,7 +62,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
             Some(AttributeValue::F64(value)) => Ok(Some(*value)),
             // The shortest decimal of the 32-bit float: 0.1 rather than 0.10000000149.
             Some(AttributeValue::F32(value)) => Ok(value.to_string().parse().ok()),
-            Some(_) => Err(format!("attribute {name} is not a number")),
+            Some(_) => Err(format!("attribute {name} is not a floating-point number")),
             None => Ok(None),
         }
     };

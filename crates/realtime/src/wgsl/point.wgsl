@@ -155,8 +155,8 @@ const POINT_SUN_VISIBLE: u32 = 1u;
 const POINT_SUN_UNDECIDED: u32 = 2u;
 
 // Visibility of the sun (POINT_SUN_*) from the point p of a plane with the unit normal n, by the sun's depth map. The
-// sun is visible where the four depths around the point continue the plane, and hidden where all four lie far in front
-// of the plane. Otherwise only a ray can decide.
+// sun is visible where the four depths around the point continue the plane or lie behind it, and hidden where all four
+// lie far in front of it. Otherwise only a ray can decide.
 fn point_map_visibility(p: vec3<f32>, n: vec3<f32>) -> u32 {
     // Coordinates along `right`, `up` and `to_sun`, -1 to 1 inside the map's box.
     let position = sunlight_position(sunlight, p);

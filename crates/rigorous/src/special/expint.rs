@@ -2,7 +2,7 @@
 
 use super::EULER_GAMMA;
 
-/// `E₁(x) = ∫ₓ^∞ e^{−t}/t dt` for x > 0, to some 1e-15 relative.
+/// `E₁(x) = ∫ₓ^∞ e^{−t}/t dt` for x > 0, to 4e-15 relative.
 ///
 /// Computed by the power series (Abramowitz & Stegun 5.1.11) for x ≤ 1, and by the even part of the continued fraction
 /// (5.1.22) for larger x.

@@ -111,8 +111,8 @@ pub fn sunned(json: &str, right: f64, down: f64) -> Result<String, JsValue> {
     Ok(settings.to_json())
 }
 
-/// A BRDF map as RGBA bytes ([`image::map_picture`]). `rgb` has three numbers for each of `side`² pixels. `exposure` is
-/// a linear factor; without it, a factor is chosen at which few pixels clip.
+/// A BRDF map as RGBA bytes ([`image::map_picture`]). `rgb` has linear sRGB for each of `side`² pixels. `exposure` is a
+/// linear factor; without it, a factor is chosen at which few pixels clip.
 #[wasm_bindgen]
 pub fn map_picture(rgb: &[f32], side: usize, exposure: Option<f64>) -> Result<Vec<u8>, JsValue> {
     image::map_picture(pixels(rgb), side, exposure).map_err(thrown)

@@ -73,7 +73,7 @@ pub(super) struct Header {
     pub height_unit: HeightUnit,
     /// Units of x and y of points, in µm.
     pub lateral_um: Option<[f64; 2]>,
-    /// First row of the file; `None` for an unknown program.
+    /// Edge of the field at which the file's first row lies; `None` for an unknown program.
     pub first: Option<FirstRow>,
     /// Name of the channel.
     pub channel: Option<String>,
@@ -287,7 +287,7 @@ impl Header {
         Some(())
     }
 
-    /// Stores a spacing: `steps` are those along x and y, or a single one for both.
+    /// Stores a spacing: `steps` are those along x and y, or a single one for the axes of `along`.
     fn take_steps(&mut self, along: Along, steps: &[f64]) {
         let (x, y) = (steps[0], steps[steps.len() - 1]);
         match along {
