@@ -160,7 +160,7 @@ def refusal(package, **given):
 def test_limits_equal_the_librarys(sweep_package):
     """The library refuses values outside of the limits by name, and accepts the ends."""
     import sunbeam_mitsuba
-    from sunbeam_mitsuba.sweep.limits import SOURCE, SURFACE, Numbers, Text, Truth, Words
+    from sunbeam_mitsuba.sweep.limits import SOURCE, SURFACE, NumberOrText, Numbers, Text, Truth, Words
 
     regions = {"preset": "elaphe", "region_size": 10.0, "region_spread": 0.01}
     bases = {"period": {"preset": "blazed"}, "height": {"preset": "blazed"}, "region_size": regions}
@@ -189,7 +189,7 @@ def test_limits_equal_the_librarys(sweep_package):
         elif isinstance(accepted, Truth):
             inside, outside = [True, False], ["yes"]
         else:
-            assert isinstance(accepted, Text)
+            assert isinstance(accepted, (Text, NumberOrText))
             continue
         for value in inside:
             assert not names_it(name, value), (name, value)
@@ -197,6 +197,14 @@ def test_limits_equal_the_librarys(sweep_package):
             assert names_it(name, value), (name, value)
             checked += 1
     assert checked > 25
+
+
+def test_media_and_channels_may_be_numbers_or_names(sweep_package):
+    from sunbeam_mitsuba.sweep.limits import SCENE, SURFACE
+
+    for accepted, values in ((SCENE["int_ior"], (1.5, "bk7")), (SURFACE["channel"], (0, 2, "Height"))):
+        assert all(accepted.accepts(value) for value in values)
+        assert not any(accepted.accepts(value) for value in (-1, "", True, float("nan")))
 
 
 def test_parameters_equal_the_plugins(sweep_package):

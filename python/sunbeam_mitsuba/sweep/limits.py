@@ -68,6 +68,20 @@ class Text:
 
 
 @dataclass(frozen=True)
+class NumberOrText:
+    """A number within limits, or any text that is not empty."""
+
+    numbers: Numbers
+
+    def accepts(self, value: object) -> bool:
+        """Whether the value is such a number or text."""
+        return self.numbers.accepts(value) or Text().accepts(value)
+
+    def __str__(self) -> str:
+        return f"{self.numbers} or a text"
+
+
+@dataclass(frozen=True)
 class Truth:
     """A truth value."""
 
@@ -80,7 +94,7 @@ class Truth:
 
 
 #: Accepted values of a parameter. Its text completes "must be …" in messages.
-Accepted = Union[Numbers, Words, Text, Truth]
+Accepted = Union[Numbers, Words, Text, NumberOrText, Truth]
 
 #: Accepted lengths of a relief.
 LENGTH_UM = Numbers(0, 1e3, "µm", open_low=True)
@@ -98,7 +112,8 @@ SURFACE: dict[str, Accepted] = {
     "region_spread": Numbers(0, 0.1),
     "pixel_size": LENGTH_UM,
     "max_height": LENGTH_UM,
-    "channel": Text(),
+    # Its number in the file, or its title.
+    "channel": NumberOrText(Numbers(0, 1e3)),
     "fill": Words(("none", "laplace", "mean")),
     "level": Words(("none", "mean", "plane", "quadratic", "lines")),
     "tiling": Words(("periodic", "aperiodic")),
@@ -120,8 +135,9 @@ SURFACE: dict[str, Accepted] = {
 #: Parameters of Mitsuba's BSDF alone. They belong to a surface or to a setting.
 SCENE: dict[str, Accepted] = {
     "material": Text(),
-    "int_ior": Text(),
-    "ext_ior": Text(),
+    # Refractive indices, or names of media.
+    "int_ior": NumberOrText(Numbers(1, 4)),
+    "ext_ior": NumberOrText(Numbers(1, 4)),
     "cover_reflection": Truth(),
     "back_reflection": Truth(),
     "specular_reflectance": Numbers(0, 1),
