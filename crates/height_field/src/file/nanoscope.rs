@@ -224,6 +224,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     }
     let chosen = channel::choose(&channels, channel_option)?;
     let (image, full_range_um) = images[chosen];
+    // Never fails: `choose` refuses channels of `ValueKind::Other`.
     let full_range_um = full_range_um.ok_or("the channel is not a height")?;
     let (offset, length) = (image.count("Data offset")?, image.count("Data length")?);
     let (nx, ny, number) = layout(image, length)?;
