@@ -114,7 +114,7 @@ public:
     }
 
     /// BSDF times cosθo and density in 1/sr of `sample`, over the enabled components. A part whose template argument is
-    /// false is not computed. Zero where a direction lies below the surface.
+    /// false has no meaning. Zero where a direction lies below the surface.
     template <bool Value, bool Density>
     std::pair<Spectrum, Float> answer(const Lobe &lobe, const Textures<Float, Spectrum> &textures,
                                       const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
@@ -217,8 +217,8 @@ private:
         return local;
     }
 
-    /// BSDF times cosθo, and density, summed over the enabled components. A part whose template argument is false is
-    /// not computed. Both directions are above the surface where `active` is true.
+    /// BSDF times cosθo, and density, summed over the enabled components. A part whose template argument is false has
+    /// no meaning. Both directions are above the surface where `active` is true.
     template <bool Value, bool Density>
     std::pair<Spectrum, Float> evaluate(const Lobe &lobe, const Local &local, const Enabled &enabled,
                                         const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
@@ -261,8 +261,8 @@ private:
         return { value, pdf * (1.f - local.prob_cover) };
     }
 
-    /// Mueller matrix of a rigorous surface, whose orders each have their own, times cosθo and between Mitsuba's frames
-    /// of reference. Zero in unpolarised variants.
+    /// Mueller matrix of a rigorous surface, summed over its orders, times cosθo and between Mitsuba's frames of
+    /// reference. Zero in unpolarised variants.
     Spectrum polarised_orders([[maybe_unused]] const Lobe &lobe, [[maybe_unused]] const Local &local,
                               [[maybe_unused]] const BSDFContext &ctx, [[maybe_unused]] const SurfaceInteraction3f &si,
                               [[maybe_unused]] const Vector3f &wo, [[maybe_unused]] const Mask &active) const {

@@ -11,7 +11,7 @@ use sunbeam::{Options, Preset};
 
 /// Width and height of the map in pixels.
 const SIZE: usize = 256;
-/// Factor from a BSDF value in 1/sr to a screen value in [0, 1], chosen by eye. A larger one shows weaker orders and
+/// Factor from a BSDF value in 1/sr to a linear screen value, chosen by eye. A larger one shows weaker orders and
 /// clips more of the strong ones.
 const EXPOSURE: f64 = 0.3;
 
@@ -31,7 +31,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 // Methods compute in single precision, as on a GPU.
                 let single = |v: [f64; 3]| v.map(|component| component as f32);
                 let relief = method.answer_rgb(single(wi), single(wo));
-                // The table has the relief alone; the obliquity and shadowing factor of the directions multiplies it.
+                // The table has the relief alone. The obliquity and shadowing factor of the directions multiplies it.
+                // The Fresnel factor is left out, as of a perfect conductor.
                 // `Pair::new` gives None, here no light, unless both directions are above the surface.
                 let factor = Pair::new(wi, wo).map_or(0.0, |pair| options.angular_factor(&pair));
                 relief.map(|channel| factor * f64::from(channel))

@@ -33,7 +33,7 @@ from .films import SPECTACLES_VIEW, WINDOW_VIEW, spectacles_scene, window_scene
 from .foils import CARD_VIEW, card_scene
 from .light import Light
 from .outputs import output_folder
-from .render import EXPOSURE_STOPS
+from .render import EXPOSURE_STOPS, positive
 from .scene import View
 from .side_by_side import side_by_side
 from .skin import preset_skin, scanned_skin, skin_bsdf
@@ -121,8 +121,9 @@ def main(words: list[str] | None = None) -> int:
     add = parser.add_argument
     add("-o", "--output", type=output_folder, default=str(REPOSITORY / "out"), help="folder of pictures and report")
     add("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba; only a spectral one compares the renderers")
-    add("--resolution", type=int, nargs=2, metavar=("W", "H"), default=(view.width, view.height), help="in pixels")
-    add("--spp", type=int, default=32, help="samples a pixel (32)")
+    size = (view.width, view.height)
+    add("--resolution", type=positive(int), nargs=2, metavar=("W", "H"), default=size, help="in pixels")
+    add("--spp", type=positive(int), default=32, help="samples a pixel (32)")
     options = parser.parse_args(words)
     try:
         make(options.output, options.variant, View(*options.resolution), options.spp)
@@ -208,7 +209,8 @@ def snake_rows(
         sheet.append([])
         for name, caption, skin, light in row:
             announce(caption)
-            # Pictures with equal parameters of the skin share one BSDF, so its tables are built once.
+            # Pictures with equal parameters of the skin share one BSDF, so its tables are built once. The first of
+            # them loads it from the dictionary.
             key = json.dumps(skin, sort_keys=True)
             bsdf = bsdf_of_skin.get(key) or skin_bsdf(skin, files.pigment)
             # Two passes: the first includes the compilation of kernels, the second shows the time without it.

@@ -1,7 +1,7 @@
 """Batches of BSDF queries as NumPy arrays, in scalar variants (a loop) and in vectorised ones.
 
 `wi` and `wo` are unit vectors `(count, 3)` in the local frame. `nm` has wavelengths `(count, 4)`, which only spectral
-variants use.
+variants use. Values are those of Mitsuba, the BSDF times cosθo in 1/sr; densities are in 1/sr.
 """
 
 import drjit as dr

@@ -57,7 +57,7 @@ def first_order(wi, wo, n):
     relief_k = end - start
 
     def change(fields, k):
-        """Change of a wave's tangential field from the plane to the surface z = ζ, over ζ, to first order in ζ.
+        """Change of a wave's tangential field from the plane to the surface z = ζ, to first order in ζ, over k0·ζ.
 
         It is ∂z of the field, and the slope of ζ times the normal component. The slope of exp(iK·x) is iK.
         """

@@ -35,7 +35,7 @@ class Plan:
     derivatives: tuple[str, ...]
     # Parameters of the snake's skin, for plugin and command.
     skin: dict
-    # Resolution of the snake's mesh: quads in each direction, as a multiple of the default.
+    # Resolution of the snake's mesh: cells in each direction, as a multiple of the default.
     mesh_resolution: float
     # Size of the path-traced snake's pictures.
     snake_size: tuple[int, int]

@@ -43,7 +43,7 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 @cache
-def made(variant: str, name: str, turned_deg: float = 0.0) -> mi.BSDF:
+def made(variant: str, name: str, turned_deg: float) -> mi.BSDF:
     """The BSDF, cached; `turned_deg` is its rotation."""
     use(variant)
     width = {} if mi.is_spectral else WIDE
@@ -62,7 +62,7 @@ def chi_square(variant: str, name: str, angles_deg: tuple, turned_deg: float = 0
     `angles_deg` are those of the incident light.
     """
     use(variant)
-    bsdf, other = made(variant, name), made(variant, name, turned_deg)
+    bsdf, other = made(variant, name, 0.0), made(variant, name, turned_deg)
     return bsdf_test(bsdf, direction(*angles_deg), pdf_of=other, sample_count=SAMPLES)
 
 

@@ -128,7 +128,8 @@ def draw(cut_outs: dict[str, CutOut], file: Path) -> None:
 def constant_phase_lines(cut: CutOut) -> list[tuple[np.ndarray, np.ndarray]]:
     """Two lines of constant phase, half a period to either side of the middle of a cut-out with the edge EDGE_UM.
 
-    A line is a pair of arrays, x and y in µm, with an entry for each pixel along the line.
+    The tilt of the fitted plane wave is left out. A line is a pair of arrays, x and y in µm, with an entry for each
+    pixel along the line.
     """
     # Rows along the lines and columns along the period.
     shift_um = cut.shift_um if cut.axis == "x" else cut.shift_um.T

@@ -236,8 +236,9 @@ def differences(relief: Any, heights_um: np.ndarray, pixel_um: Any) -> dict:
 
 def run_gwyddion(*words: str) -> str:
     """Runs Gwyddion and returns its output, also where it fails, such as on a format that it cannot read.
+
     Gwyddion needs a display even for conversions, so it gets an X server of its own if `xvfb-run` is installed. Raises
-    subprocess.TimeoutExpired after two minutes, in which it may wait for a dialogue.
+    subprocess.TimeoutExpired after two minutes: it may wait for an answer to a dialogue.
     """
     display = ("xvfb-run", "-a") if shutil.which("xvfb-run") else ()
     done = subprocess.run([*display, "gwyddion", *words], capture_output=True, text=True, timeout=120)

@@ -142,7 +142,7 @@ class Maps:
         return self.drawn(panel.reference_words())
 
     def error(self, panel: Panel) -> dict:
-        """Errors against the reference map over the disc, and the mean CIEDE2000 where `lit`; p99 is a percentile."""
+        """CIEDE2000 (mean, 99th percentile) and FLIP over the disc against the reference; mean CIEDE2000 where lit."""
         found = self.compare(panel, disc(panel.size))
         return {
             "delta_e_mean": found["delta_e_2000"]["mean"],

@@ -37,7 +37,7 @@ def relief(skin: dict) -> Relief:
 
 
 def term(skin: dict, n: int) -> np.ndarray:
-    """|DFT((h/H)ⁿ)| of a surface as means over its pixels, with h from the middle of its range and H half the range.
+    """|DFT((h/H)ⁿ)| over the number of pixels; h is the height above the middle of its range, H half the range.
 
     Rows are orders along y and columns orders along x, in ascending order; order 0 has the index size//2.
     """

@@ -57,7 +57,7 @@ def littrow(order: int) -> Efficiencies:
 
 
 def reciprocity(profile: Sinusoid | Polygon) -> float:
-    """Largest change of an order's efficiency when light returns along it; each light's strongest order but order 0."""
+    """Largest change of efficiency when light returns along an order: for each light, its strongest one except 0."""
     largest = 0.0
     for wavelength_nm, theta_i_deg in lights():
         there = solve(profile, wavelength_nm, theta_i_deg)

@@ -80,8 +80,8 @@ pub struct AlbedoLayout {
 /// A node holds `(A − 1)·cos²θ`, or zero where A is below 1 and nothing is divided. It is finite at the horizon,
 /// where A has a pole in cosθ: of the first order for narrow orders, of the second for orders wider than cosθ.
 ///
-/// Words are arranged `[side][slab][gap][y][x]`, with the gaps between neighbouring planes of wavelength. A table of a
-/// transparent body has the side of air and the side of the medium ([`AlbedoTable::build_of_body`]); others have one.
+/// Packets are arranged `[side][slab][gap][y][x]`, with the gaps between neighbouring planes of wavelength. A table of
+/// a transparent body has the side of air and the side of the medium ([`AlbedoTable::build_of_body`]); others have one.
 /// There is one slab unless the relief has several sizes ([`SizeAxes`]). Each cell has a packet of four words, so that
 /// a look-up takes one read, or two for several sizes. A packet has the corners (x, y), (x + 1, y), (x, y + 1),
 /// (x + 1, y + 1) of the cell's lower plane of wavelength, then those of its upper plane. Two corners share a word as

@@ -14,7 +14,8 @@ use serde::{Deserialize, Serialize};
 /// use sunbeam::grating::{GratingColourSurface, GratingSurface, Profile};
 /// use sunbeam::table::Progress;
 ///
-/// // A sinusoid of period 0.6 µm and height 0.1 µm; without an index it is a perfect conductor.
+/// // A sinusoid of period 0.6 µm and height 0.1 µm; without an index it is a perfect conductor. The build limit is a
+/// // factor on the default limits of a table's time and memory.
 /// let profile = Profile::sinusoid(0.6, 0.1)?;
 /// let (coherence_length_um, build_limit) = (20.0, 1.0);
 /// let grating = GratingSurface::new(&profile, None, coherence_length_um, build_limit, &Progress::none())?;

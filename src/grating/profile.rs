@@ -26,8 +26,8 @@ pub fn preset_profile(
     })
 }
 
-/// Profile of a height field that varies along x alone: the mean of each column of pixels, which run along y. The width
-/// of the field is one period.
+/// Profile of a height field that varies along x alone: the mean over y of each column of pixels. The width of the
+/// field is one period.
 ///
 /// # Errors
 /// [`GratingError::NotAlongX`] where the heights of a column differ by more than `tolerance` times the relief's height

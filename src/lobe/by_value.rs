@@ -30,10 +30,14 @@ pub struct Sample {
     pub weight: f64,
 }
 
-/// Whether both directions are finite and accepted by the lobe, and the wavelength lies within the range of the tables.
+/// Whether a direction is finite and accepted by the lobe.
+fn accepts<'a>(lobe: &impl PerWavelength<Double<'a>>, w: Vec3) -> bool {
+    w.iter().all(|c| c.is_finite()) && lobe.accepts(w)
+}
+
+/// Whether both directions are accepted, and the wavelength lies within the range of the tables.
 fn is_in_domain<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> bool {
-    let accepts = |w: Vec3| w.iter().all(|c| c.is_finite()) && lobe.accepts(w);
-    accepts(wi) && accepts(wo) && (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm)
+    accepts(lobe, wi) && accepts(lobe, wo) && (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm)
 }
 
 /// `f_r` in 1/sr; zero unless [`is_in_domain`].
@@ -76,8 +80,8 @@ pub(crate) fn sample<'a>(
     })
 }
 
-/// A direction from three random numbers in [0, 1). `None` where it falls below the horizon, where the lobe does not
-/// accept `wi`, and without a wavelength.
+/// A direction from three random numbers in [0, 1). `None` where it falls below the horizon, where `wi` is not finite
+/// or not accepted by the lobe, and without a wavelength.
 ///
 /// The first number chooses the side ([`Sides::choose`](super::Sides::choose)). Then it selects the uniform part of the
 /// lobe's mixture below [`UNIFORM_FRACTION`], and above it one of the wavelengths with equal probabilities.
@@ -99,7 +103,7 @@ pub(crate) fn sample_direction<'a>(
     let rescaled =
         if first < UNIFORM_FRACTION { first } else { UNIFORM_FRACTION + (1.0 - UNIFORM_FRACTION) * fraction };
     let draw = |_choice, u, active| lobe.draw(wi, to_below, nm, u, active);
-    let [x, y, z] = sample_mixture::<Double<'a>, 1>([rescaled, second, third], lobe.accepts(wi), draw);
+    let [x, y, z] = sample_mixture::<Double<'a>, 1>([rescaled, second, third], accepts(lobe, wi), draw);
     // The zero vector stands for no direction. Directions drawn above the relief are mirrored to the side chosen.
     (z != 0.0).then_some([x, y, if to_below { -z } else { z }])
 }

@@ -1,5 +1,5 @@
-//! The method `table` of a film, which reflects and transmits: the colour table of the relief magnified by the index,
-//! times the film's angular factor F (scattering/transparent.rs).
+//! The method `table` of a film, which reflects and transmits: the colour table of the relief, magnified n times
+//! in pattern and heights (n: refractive index), times the film's angular factor F (scattering/transparent.rs).
 //!
 //! The shader consists of table.wgsl, transparent.wgsl, albedo_grid.wgsl and film.wgsl. Where energy is conserved,
 //! albedos by wavelength are uploaded unchanged. Each channel is divided by the mean albedo over its band, the
@@ -14,7 +14,7 @@ use crate::scattering::TransparentBody;
 use crate::wgsl;
 
 /// Contents of the albedos' buffer where nothing is divided. The shader declares the buffer, so it must not be empty,
-/// but does not read it then.
+/// but does not read it where `albedo_cells` is 0.
 const NO_ALBEDO: [u32; 4] = [0; 4];
 
 /// The colour table of a film.

@@ -48,7 +48,7 @@ impl Method for GratingColourSurface {
         self.lobe::<f32>().eval(wi, wo, LinearSrgb, is_active)
     }
 
-    // The tables hold colours only.
+    // The method gives colours alone; `GratingSurface` has the values by wavelength.
     fn answer_spectral(&self, _wi: [f32; 3], _wo: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
         None
     }

@@ -1,6 +1,7 @@
 //! Kinds and options of the methods, and the reasons why a method is refused. Sources are cited by author and year, and
-//! listed in docs/model.md#sources. κH is the largest phase of the relief about its middle height. The phase rate κ
-//! is 2πw/λ with `w = cosθi + cosθo ≤ 2`, and H is half the range of heights.
+//! listed in docs/model.md#sources. κH is the largest phase of the relief about its middle height, in rad. The phase
+//! rate κ is 2πw/λ with `w = cosθi + cosθo ≤ 2`, and H is half the range of heights. *The tolerance* is the
+//! surface's parameter `tolerance`.
 
 use super::bessel::TERMS_MAX;
 use crate::colour::ColourError;

@@ -71,8 +71,8 @@ impl Format {
         coefficients.div_ceil(self.packet_coefficients()) * self.packet_words()
     }
 
-    /// Words of a record's coefficients, not padded to whole packets, and the scale of the fixed-point formats (0 in
-    /// the others).
+    /// Words of a record's coefficients, at least one, not padded to whole packets; and the scale of the fixed-point
+    /// formats (0 in the others).
     pub(super) fn pack(self, record: &[f32]) -> (Vec<u32>, u32) {
         let coefficients = &record[HEADER..];
         if matches!(self, Self::Single | Self::Complex) {

@@ -43,9 +43,9 @@ pub struct Period {
 /// Dominant periods along x and y.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Periods {
-    /// Along x; `None` for a relief that does not vary along x.
+    /// Along x; `None` if no peak of the x axis exceeds rounding.
     pub x: Option<Period>,
-    /// Along y; `None` for a relief that does not vary along y.
+    /// Along y; `None` if no peak of the y axis exceeds rounding.
     pub y: Option<Period>,
 }
 

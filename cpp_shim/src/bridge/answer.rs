@@ -2,8 +2,8 @@
 //!
 //! The code is generic over a family of numbers ([`Numbers`]): [`Plain`] for plain numbers, [`Lanes`] for four SIMD
 //! lanes, [`Traced`] for variables of Dr.Jit (traced.rs). A surface has one of four kinds of tables ([`Tables`]), and
-//! each kind has a [`Lobe`] that evaluates it. `tables.0` is the surface with its tables, without their origin.
-//! Directions and units are those of bridge.rs.
+//! each kind has a [`Lobe`] that evaluates it. `tables.0` holds the tables; `tables.1`, unused here, says whether they
+//! were built or cached. Directions and units are those of bridge.rs.
 
 use super::super::scope::Scope;
 use super::super::traced::{Traced, Var, WordsVar};

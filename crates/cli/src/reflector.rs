@@ -102,7 +102,7 @@ pub(crate) struct Reflector {
     options: Options,
     /// Index of the material, relative to the cover's; `None` for a perfect conductor.
     index: Option<ComplexIndex>,
-    /// Cover over the relief; the evaluator and the samplers take directions inside it.
+    /// Cover over the relief; evaluator and sampler take directions inside it.
     cover: Option<Cover>,
     /// Whether [`Reflector::map`] evaluates items concurrently.
     is_concurrent: bool,
@@ -238,7 +238,8 @@ impl Reflector {
     /// `S/λ²` in 1/sr, which is `f_r` without `R·O·M` and cover, divided by the albedo where energy is conserved. At an
     /// interface between equal indices it has a value, although `R` and `f_r` are 0 there.
     ///
-    /// For a grating by Maxwell's equations it is `f_r`, since its material and its relief do not separate.
+    /// For a grating by Maxwell's equations it is `f_r`, since its material and its relief do not separate. Surfaces
+    /// that transmit have none; [`Purpose::Map`] refuses them.
     pub(crate) fn relief_spectral(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         if matches!(self.evaluator, Evaluator::Grating(_)) {
             return self.eval(wi, wo, wavelength_nm);

@@ -57,7 +57,7 @@ pub struct SceneArgs {
     light_from: Option<Point>,
 }
 
-/// Width and height in pixels.
+/// Width and height of the picture in pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Size(pub u32, pub u32);
 

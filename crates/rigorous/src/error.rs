@@ -31,13 +31,14 @@ pub enum Error {
         length: &'static str,
         /// The length in µm.
         found_um: f64,
-        /// The length in wavelengths of the medium.
+        /// The length times |κ|/2π. κ is the wave number in the medium across the grooves, so the wavelength counted is
+        /// longer for light that runs along them.
         waves: f64,
         /// Name of the medium: "air" or "the medium below".
         medium: &'static str,
         /// Wavelength in vacuum, in nm.
         wavelength_nm: f64,
-        /// Largest accepted length in wavelengths of the medium.
+        /// Largest accepted `waves`.
         waves_max: f64,
         /// Largest accepted length at this wavelength, in µm.
         most_um: f64,
@@ -51,7 +52,7 @@ pub enum Error {
     TooLarge {
         /// Wavelength in vacuum, in nm.
         wavelength_nm: f64,
-        /// Nodes needed on one period of the curve.
+        /// Nodes, points where fields are computed, needed on one period of the curve.
         nodes: usize,
         /// Most accepted nodes.
         nodes_max: usize,

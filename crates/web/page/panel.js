@@ -1,4 +1,5 @@
-// Shows the settings in the controls. controls.js reads them back.
+// Shows the settings in the controls. controls.js reads them back. The *catalogue* is the library's list of presets,
+// methods, conductors and accepted file types.
 
 import { byId, isFile, page, views } from "./state.js";
 import { degrees, signed } from "./words.js";

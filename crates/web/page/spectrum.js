@@ -32,6 +32,7 @@ export class Spectrum {
 
   constructor(element) {
     this.#element = element;
+    // Offsets are fractions of the width of the filled area, which is always LEFT to RIGHT.
     const hues = svg("linearGradient", { id: "hues" });
     for (const [nm, colour] of HUES) {
       hues.append(svg("stop", { offset: (nm - FIRST_NM) / (LAST_NM - FIRST_NM), "stop-color": colour }));

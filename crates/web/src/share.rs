@@ -1,6 +1,7 @@
 //! Exports the page's picture: as a `sunbeam render` command, and as an XML scene for Mitsuba with the `diffraction`
 //! plugin. The command's options of the surface have the names of the plugin's parameters with hyphens for underscores,
-//! except `height-field` for `filename`. [`Settings`] refuse the rigorous theory and interfaces, so a body is a film.
+//! except `height-field` for `filename`. [`Settings`] refuse the rigorous theory and the transmission `interface`, so a
+//! transparent body is a film.
 
 use crate::settings::{Pigment, Settings};
 use serde::Serialize;

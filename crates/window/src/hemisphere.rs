@@ -13,14 +13,14 @@ pub(crate) const FINEST_SIDE: usize = SIDES[SIDES.len() - 1];
 /// sooner.
 const PREVIEW_MS: f64 = 40.0;
 
-/// A map of the hemisphere seen from above, in the layout of `sunbeam brdf-map`: right is the grating's +x, up is +y.
+/// A map of the hemisphere seen from above, in the layout of `sunbeam brdf-map`: right is the relief's +x, up is +y.
 #[derive(Clone)]
 pub(crate) struct BrdfMap {
     /// sRGB colours, transparent outside the disc of the hemisphere.
     pub image: egui::ColorImage,
-    /// Unit vector to the light in the grating's frame.
+    /// Unit vector to the light in the relief's frame.
     pub wi: [f32; 3],
-    /// Unit vector from the point under the cursor to the viewer in the grating's frame.
+    /// Unit vector from the point under the cursor to the viewer in the relief's frame.
     pub wo: [f32; 3],
     /// Factor on the reflectance (1/sr) in the image, with which at most 1 % of the lit pixels exceed 1.
     pub exposure: f64,

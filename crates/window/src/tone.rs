@@ -127,7 +127,7 @@ mod tests {
             Err(error @ GpuError::NoAdapter { .. }) => return sunbeam_testing::skip("gpu", error),
             Err(error) => panic!("{error}"),
         };
-        // Shadows, colours on both sides of the knee, out of the gamut, and far too bright.
+        // Shadows, colours on both sides of the tone curve's knee, out of the gamut, and far too bright.
         let colours: [[f32; 3]; 16] = std::array::from_fn(|i| {
             let bright = 0.002 * 2.0f32.powi(i as i32);
             [bright, 0.3 * bright, if i % 2 == 0 { -bright } else { 0.7 * bright }]

@@ -120,6 +120,7 @@ def write_tables(spec: Spec, cases: list[Case]) -> None:
     fields = [
         pa.field(column.name, KINDS[column.kind], metadata={"meaning": column.meaning}) for column in columns_of(spec)
     ]
+    # Time of the case, the part of it for building tables, its end (UTC, ISO 8601), and the process, as host:pid.
     time_fields = [
         ("row", pa.int64()),
         ("identity", pa.string()),

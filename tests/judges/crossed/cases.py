@@ -82,9 +82,8 @@ def answer_row(light: Light, orders: Orders) -> dict:
 class Answer:
     """A stored answer: powers of the reflected orders (jx, jy), and the solver's accuracy.
 
-    `s` and `p` are the powers for incident light of that polarisation, as fractions of the incident power.
-
-    `balance` and `residual` are those of `solver.Orders`.
+    `s` and `p` are the powers for incident light of that polarisation, as fractions of the incident power. `balance` is
+    the deviation of the total power from 1, and `residual` that of the linear system; the larger one for s and p.
     """
 
     light: Light
@@ -102,7 +101,7 @@ class Answer:
 
 
 def answers(name: str) -> dict[str, list[Answer]]:
-    """The stored answers of the file `name`, by `Case.key`, with an answer for each light."""
+    """The stored answers of `name`.json for each light, by `Case.key` ("synthetic" for the synthetic relief)."""
     found = {}
     for key, rows in json.loads((ANSWERS / f"{name}.json").read_text(encoding="utf-8")).items():
         found[key] = [
@@ -119,7 +118,7 @@ def answers(name: str) -> dict[str, list[Answer]]:
 
 
 def write(name: str, cases: dict[str, list[dict]]) -> None:
-    """Writes the rows of `answer_row` by case as the file `name`, with one line for each light, for readable diffs."""
+    """Writes the rows of `answer_row` by case as `name`.json, with one line for each light, for readable diffs."""
     blocks = []
     for key, rows in cases.items():
         lines = ",\n".join(json.dumps(row, separators=(",", ":")) for row in rows)

@@ -23,7 +23,7 @@ pub(crate) struct Figures {
     pub(crate) psnr_db: Option<f64>,
     /// CIEDE2000 of the pictures as shown; the white point is (1, 1, 1).
     pub(crate) delta_e_2000: DeltaE,
-    /// FLIP of the pictures as shown, rounded to 8 bits in sRGB.
+    /// FLIP of the pictures as shown, after these are rounded to 8 bits in sRGB.
     pub(crate) flip: Flip,
 }
 

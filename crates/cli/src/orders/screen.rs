@@ -13,7 +13,7 @@ pub(super) struct Screen {
     transform: OrderTransform,
     /// Number of pixels along x, which is the number of orders in a row of the transform.
     bins: i32,
-    /// λ/period.
+    /// λ/period, with the vacuum wavelength λ.
     step: f64,
     pub(super) period_um: f64,
     pub(super) wavelength_um: f64,

@@ -93,7 +93,7 @@ fn bracketed(text: &str, open: char, close: char) -> Option<(&str, &str)> {
 struct Scale {
     /// Height in µm of the full range of the stored numbers; `None` for a channel of another quantity.
     full_range_um: Option<f64>,
-    /// Name of the values' unit.
+    /// Name of the values' unit, or the reason why it is unknown.
     unit: String,
 }
 
@@ -214,9 +214,9 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     let mut channels = Vec::new();
     for image in all.iter().filter(|section| section.is_image()) {
         let (title, direction) = title_and_direction(image)?;
-        // An unreadable scale makes one channel unusable, not the file.
-        let unknown = |_| Scale { full_range_um: None, unit: "unknown".to_owned() };
-        let Scale { full_range_um, unit } = scale(image, &all).unwrap_or_else(unknown);
+        // An unreadable scale makes one channel unusable, not the file. Messages list the reason in place of the unit.
+        let unusable = |reason| Scale { full_range_um: None, unit: reason };
+        let Scale { full_range_um, unit } = scale(image, &all).unwrap_or_else(unusable);
         let unit = if direction.is_empty() { unit } else { format!("{unit}, {direction}") };
         let kind = if full_range_um.is_some() { ValueKind::Lengths } else { ValueKind::Other };
         channels.push(Channel { number: channels.len() + 1, title, unit, kind });
@@ -224,6 +224,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     }
     let chosen = channel::choose(&channels, channel_option)?;
     let (image, full_range_um) = images[chosen];
+    // Never fails: `choose` refuses channels of `ValueKind::Other`.
     let full_range_um = full_range_um.ok_or("the channel is not a height")?;
     let (offset, length) = (image.count("Data offset")?, image.count("Data length")?);
     let (nx, ny, number) = layout(image, length)?;

@@ -28,8 +28,8 @@ const TRACE_FAR: f32 = 3e38;
 struct Hit {
     // Index of the triangle; TRACE_NONE where the ray meets none.
     triangle: u32,
-    // Distance from the ray's origin, in units of the length of its direction. Where the ray meets no triangle, it is
-    // the limit of the search.
+    // Distance from the ray's origin, in units of the length of its direction. Where the ray meets none, TRACE_FAR
+    // from one triangle and `farthest` from `trace`.
     distance: f32,
     // Barycentric coordinates of the second and third corner.
     b: vec2<f32>,

@@ -61,7 +61,7 @@ pub struct Settings {
     pub options: MethodOptions,
     /// The shape that carries the relief.
     pub shape: Shape,
-    /// Position of the camera.
+    /// The camera.
     pub camera: CameraSettings,
     /// Direction of the sun.
     pub sun: SunSettings,
@@ -82,7 +82,7 @@ pub struct Settings {
     pub map: MapSettings,
 }
 
-/// Position of the camera.
+/// Position, target and field of view of the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraSettings {

@@ -30,7 +30,7 @@ const PREVIEW_MS: f64 = 25.0;
 
 /// State that calls change. No borrow of it is held across an `await`, since other calls run in the meantime.
 struct State {
-    /// Scene, method and job (view, optics and size), from which it determines the next picture's resolution.
+    /// Scene, method and job (view, optics and size). It chooses the resolution of the next picture.
     progressive: Progressive,
     /// Stops by which pictures are brightened for the canvas.
     stops: f64,
@@ -50,7 +50,8 @@ pub struct Artist {
     state: RefCell<State>,
     /// Whether the current drawing only refines the picture on the canvas. Such a drawing may be stopped.
     refining: Cell<bool>,
-    /// Flag that stops the current drawing. The renderer reads it between its submissions to the GPU.
+    /// Flag that stops the current drawing, set only while `refining`. The renderer reads it between its submissions
+    /// to the GPU.
     stop: Arc<AtomicBool>,
 }
 
@@ -274,11 +275,11 @@ impl Artist {
         let start = Instant::now();
         let frame = self.state.borrow_mut().progressive.frame(&self.gpu, level)?;
         let Some(frame) = frame else { return Ok(None) };
-        // The flag may be left from an earlier picture.
-        self.stop.store(false, Relaxed);
         self.refining.set(frame.refines);
         let drawn = frame.draw_async(&self.gpu, &self.renderer).await;
         self.refining.set(false);
+        // Cleared whether or not it stopped the drawing: left set, it would stop the next drawing, map or query.
+        self.stop.store(false, Relaxed);
         let drawn = match drawn {
             Err(GpuError::Stopped) => return Ok(None),
             drawn => drawn?,
@@ -350,8 +351,6 @@ impl Artist {
     async fn mapped(&self, wi: [f32; 3], side: usize) -> Result<Vec<f32>, WebError> {
         let shader = self.state.borrow().progressive.shader().cloned();
         let Some(shader) = shader else { return Err(WebError::Internal("there is no method yet".to_owned())) };
-        // The flag may be left from a stopped picture and would stop the map.
-        self.stop.store(false, Relaxed);
         // Pixels outside the disc are `None`.
         let pixels = shader.brdf_map_async(&self.gpu, wi, side).await?;
         Ok(pixels.into_iter().flat_map(Option::unwrap_or_default).collect())

@@ -13,8 +13,8 @@ use sunbeam::scattering::Vec3;
 /// The rough relief of the sweeps over depth and angle of incidence: 17 × 13 pixels of 0.11 × 0.23 µm, with heights
 /// from 0 to `height_um`.
 ///
-/// The numbers of pixels are different primes, the sizes for which an FFT needs its most general algorithm. The pixels
-/// are not square, so that x and y cannot be mistaken for each other.
+/// The numbers of pixels are different primes, so that no transform splits into shorter ones. The pixels are not
+/// square, so that x and y cannot be mistaken for each other.
 pub(super) fn rough_of_primes(height_um: f64) -> Result<HeightField, HeightFieldError> {
     // The seed is arbitrary.
     rough(&mut Random::new(7), (17, 13), (0.11, 0.23), height_um)

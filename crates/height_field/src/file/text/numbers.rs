@@ -54,7 +54,7 @@ fn words_of(line: &str) -> impl Iterator<Item = &str> {
 
 /// A number with a decimal point; NaN for words for missing points and for an empty text; `None` for other words.
 ///
-/// Accepts exponents of Fortran (`1.5D-07`) and the typographic minus.
+/// Accepts exponents of Fortran (`1.5D-07`), the typographic minus, and `inf`, a missing point in `holes.rs`.
 pub(super) fn number(word: &str) -> Option<f64> {
     if let Ok(value) = word.parse() {
         return Some(value);
