@@ -34,7 +34,7 @@ def main() -> int:
         "--picture-s",
         type=float,
         default=rgb_against_spectral.BUDGET_S,
-        help="seconds for each of two converged pictures, RGB and spectral; more reduce noise (%(default)s)",
+        help="seconds for each of two converged pictures, RGB and spectral; without --plugin (%(default)s)",
     )
     # argparse converts a default by `type` only if it is a string.
     default = str(REPOSITORY / "out" / "bench" / "mitsuba.json")

@@ -40,7 +40,7 @@ try:
     import filelock as _filelock  # noqa: F401
     import pyarrow as _pyarrow  # noqa: F401
     import tqdm as _tqdm  # noqa: F401
-except ImportError as _error:
+except ModuleNotFoundError as _error:
     raise ImportError(
         f'sunbeam_mitsuba.sweep needs {_error.name}, which is not installed: pip install "sunbeam-mitsuba[sweep]"'
     ) from None
