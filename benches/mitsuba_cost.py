@@ -46,6 +46,8 @@ def main() -> int:
     options = parser.parse_args()
     if options.scenes and not options.plugin:
         parser.error("--scenes needs --plugin")
+    if options.plugin and options.picture_s != rgb_against_spectral.BUDGET_S:
+        parser.error("--picture-s has no effect with --plugin")
     try:
         if options.plugin:
             environment.use_plugin(options.plugin)

@@ -178,7 +178,7 @@ def _open(path: Path) -> Any:
     """Opens a file with the reader that recognises its content, or else with one for its extension.
 
     Some formats have no signature, and readers of other formats may accept such a file. A reader that does not have
-    the file's extension is therefore only the last resort, unless it reads text.
+    the file's extension is therefore only the last resort, unless it reads text, which has any extension.
     """
     readers = library()
     extension = path.suffix[1:].lower()

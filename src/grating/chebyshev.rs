@@ -19,8 +19,8 @@ fn chebyshev_angle(k: usize, count: usize) -> f64 {
     PI * (k as f64 + 0.5) / count as f64
 }
 
-/// Nodes `[i, k]` with `k ≤ i < count`, row by row: those on one side of the diagonal p = q of a cell, and on it. The
-/// other side follows by reciprocity.
+/// Nodes `[i, k]`, i of p and k of q, with `k ≤ i < count`, row by row: those on one side of the diagonal p = q of a
+/// cell, and on it. The other side follows by reciprocity.
 pub(super) fn triangle_nodes(count: usize) -> Vec<[usize; 2]> {
     (0..count).flat_map(|i| (0..=i).map(move |k| [i, k])).collect()
 }

@@ -167,6 +167,7 @@ macro_rules! reals {
             }
             #[inline(always)]
             fn tabulated(count: u32, function: impl Fn(u32) -> $t) -> impl Fn(u32) -> $t {
+                debug_assert!(count as usize <= super::TABULATED_MAX);
                 let mut values = [0.0; super::TABULATED_MAX];
                 for (i, value) in values.iter_mut().enumerate().take(count as usize) {
                     *value = function(i as u32);

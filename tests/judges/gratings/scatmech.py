@@ -35,9 +35,10 @@ def grating_model(
     """The package's model of a grating with the parameters `profile`, such as those of `lamellae`.
 
     `waves` are kept on either side of order 0. The grating, of the refractive index `index` = η + ik, is turned by
-    `azimuth_deg` about its normal. Light comes from a medium of the index `above`, in which `theta_i_deg` is measured;
-    a profile's `above` must equal it. The wavelength is that in vacuum. `side` is REFLECTED or TRANSMITTED. Numbers are
-    Python's, not NumPy's, whose `repr` the package cannot read. Raises SetupError without the package.
+    `azimuth_deg` about its normal, in either sense: it is symmetric in y. Light comes from a medium of the index
+    `above`, in which `theta_i_deg` is measured; a profile's `above` must equal it. The wavelength is that in vacuum.
+    `side` is REFLECTED or TRANSMITTED. Numbers are Python's, not NumPy's, whose `repr` the package cannot read. Raises
+    SetupError without the package.
     """
     try:
         from pySCATMECH.rcw import RCW_Model
