@@ -32,9 +32,9 @@ class SetupError(Exception):
 
 
 def use_plugin(path: Path) -> None:
-    """Makes `use_variant` load the build `path`, an existing `…/plugins/diffraction.so`, or raises SetupError.
+    """Makes `use_variant` load the build `path`. Raises SetupError unless it is an existing `…/plugins/diffraction.so`.
 
-    Call it before selecting a variant: Mitsuba loads the first plugin of the name that its resolver finds.
+    Call it before selecting a variant: a folder that the resolver has already comes first.
     """
     global PLUGIN, PLUGIN_FOLDER
     plugin = path.resolve()

@@ -21,7 +21,7 @@ CARD_FIELDS = {
 
 
 def card() -> dict | None:
-    """The first NVIDIA card that `nvidia-smi` lists, under the result keys of CARD_FIELDS; `None` if it fails."""
+    """The first NVIDIA card that `nvidia-smi` lists, under the result keys of CARD_FIELDS; `None` if that fails."""
     query = ["nvidia-smi", f"--query-gpu={','.join(CARD_FIELDS)}", "--format=csv,noheader"]
     try:
         done = subprocess.run(query, capture_output=True, text=True, timeout=30)
