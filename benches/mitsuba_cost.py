@@ -34,7 +34,7 @@ def main() -> int:
         "--picture-s",
         type=float,
         default=rgb_against_spectral.BUDGET_S,
-        help="seconds for each of two converged pictures, RGB and spectral; more reduce noise (%(default)s)",
+        help="seconds for each of two converged pictures, RGB and spectral; without --plugin (%(default)s)",
     )
     # argparse converts a default by `type` only if it is a string.
     default = str(REPOSITORY / "out" / "bench" / "mitsuba.json")
@@ -46,6 +46,8 @@ def main() -> int:
     options = parser.parse_args()
     if options.scenes and not options.plugin:
         parser.error("--scenes needs --plugin")
+    if options.plugin and options.picture_s != rgb_against_spectral.BUDGET_S:
+        parser.error("--picture-s has no effect with --plugin")
     try:
         if options.plugin:
             environment.use_plugin(options.plugin)

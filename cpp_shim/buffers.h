@@ -26,8 +26,8 @@ namespace dr = drjit;
 template <typename Float> class Buffers {
 public:
     /// Number of arrays of a surface, one for each kind of table (`Surface::words` in cpp_shim/src/bridge.rs). Tables
-    /// that a surface lacks are empty arrays. The length of `TracedQuery::words` is the same number; the compiler
-    /// compares both in lobe.h.
+    /// that a surface lacks are empty arrays. `TracedQuery::words` must have the same length: otherwise its assignment
+    /// in lobe.h does not compile.
     static constexpr size_t COUNT = 3;
 
     explicit Buffers(const Surface &surface) : m_arrays(shared_arrays(surface)) {}

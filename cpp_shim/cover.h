@@ -13,8 +13,8 @@ namespace sunbeam {
 
 namespace dr = drjit;
 
-/// The flat side of a cover of index n, seen from air. With n = 1 there is no cover. Light that is reflected repeatedly
-/// inside the cover is left out.
+/// The flat side of a cover of index n ≥ 1, seen from air. With n = 1 there is no cover. Light that is reflected
+/// repeatedly inside the cover is left out.
 ///
 /// Directions are unit vectors in the shading frame that point away from the surface. They lie above it, inside or
 /// outside the cover. `from` is the direction to the source of the light, `to` that in which it leaves. An argument
@@ -166,7 +166,7 @@ private:
                           Vector3f(0.f, 1.f, 0.f));
     }
 
-    /// Index of the cover, at least 1.
+    /// Index n of the cover.
     float m_eta;
 };
 

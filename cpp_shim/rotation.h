@@ -25,7 +25,7 @@ template <typename Float> struct Rotation {
     }
 
     /// Direction of the grooves, the relief's y, without its component along the unit vector `w`: a unit vector of the
-    /// shading frame. For `w` along the grooves nothing remains; the smallest squared length keeps the result finite.
+    /// shading frame. For `w` along the grooves nothing remains; SQUARED_LENGTH_MIN keeps the result finite.
     Vector3f groove_axis(const Vector3f &w) const {
         constexpr float SQUARED_LENGTH_MIN = 1e-12f;
         const Vector3f grooves             = to_shading({ 0.f, 1.f, 0.f });

@@ -15,6 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // format that stores grey values, such as .png; without it, such a file must state its scale.
     let pixel_size_um = arguments.next().map(|text| text.parse()).transpose()?;
     let scale = FileScale { pixel_size_um, max_height_um: None };
+    // Levelling subtracts the plane of best fit, the tilt of the sample.
     let field = HeightField::read(Path::new(&path), &scale)?.levelled(Level::Plane);
 
     // Numbers of pixels and lengths along x and y, and the lowest and the highest height.
@@ -30,8 +31,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // The relief beyond the edges of a scan is unknown. With `Aperiodic` the scan is one sample with tapered edges, and
     // is not repeated as a tile, which would make a lattice of sharp orders. The coherence length depends on the light:
-    // 65 µm, the default, for filtered sunlight, 5 µm for a microscope's lamp with an open aperture. A larger one gives
-    // narrower orders and larger tables.
+    // 65 µm, the default, for filtered sunlight, 5 µm for a microscope's lamp with an open aperture. A larger one than
+    // the 20 µm here gives narrower orders and larger tables.
     let options = Options { tiling: Tiling::Aperiodic, coherence_length_um: 20.0, ..Options::default() };
     let surface = Surface::new(&field, &options)?;
     let report = surface.report();

@@ -71,9 +71,9 @@ def chi_square_test(sample_func: Callable, pdf_func: Callable, domain=None, **op
 
     def weighted_samples(u):
         wo, pdf = sample_func(u)
-        # A sample of density 0 is below the horizon and gets weight 0, and the normal as a direction that the domain
-        # can map. All others get weight 1, even where the BSDF is 0: Mitsuba's own `BSDFAdapter` would drop those, but
-        # the density includes them.
+        # A sample of density 0 has no direction: its wave is beyond the horizon. It gets weight 0, and the normal as a
+        # direction that the domain can map. All others get weight 1, even where the BSDF is 0: Mitsuba's own
+        # `BSDFAdapter` would drop those, but the density includes them.
         is_valid = pdf > 0
         return dr.select(is_valid, wo, mi.Vector3f(0, 0, 1)), dr.select(is_valid, mi.Float(1), 0)
 

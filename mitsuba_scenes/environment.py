@@ -32,10 +32,15 @@ class SetupError(Exception):
 
 
 def use_plugin(path: Path) -> None:
-    """Makes `use_variant` load the build `path`, `…/plugins/diffraction.so`. Call it before selecting a variant."""
+    """Makes `use_variant` load the build `path`. Raises SetupError unless it is an existing `…/plugins/diffraction.so`.
+
+    Call it before selecting a variant: a folder that the resolver has already comes first.
+    """
     global PLUGIN, PLUGIN_FOLDER
-    PLUGIN = path.resolve()
-    PLUGIN_FOLDER = PLUGIN.parent.parent
+    plugin = path.resolve()
+    if not plugin.is_file() or plugin.parts[-2:] != ("plugins", "diffraction.so"):
+        raise SetupError(f"{path} is no build of the plugin; it must be an existing plugins/diffraction.so")
+    PLUGIN, PLUGIN_FOLDER = plugin, plugin.parent.parent
 
 
 def use_variant(name: str = DEFAULT_VARIANT, fall_back: bool = True) -> str:

@@ -63,11 +63,12 @@ def split(page):
             assert not notes, f"{page}:{number}: a comment for a block, but no block follows"
             prose.append((number, line))
     assert not fence, f"{page}: a block does not end"
+    assert not notes, f"{page}: a comment for a block ends the page"
     return blocks, prose
 
 
 def anchors(page):
-    """Anchors of the page: its headings as code hosts name them."""
+    """Anchors of the page: its headings of up to four `#` as code hosts name them."""
     found = set()
     for _, line in split(page)[1]:
         if heading := re.match(r"#{1,4} (.*)", line):

@@ -26,7 +26,10 @@ def elements(spectrum):
 
 
 def evaluated(bsdf, wi, wo, mode=None):
-    """Mueller matrices `[pair, channel, row, column]` of light from `wo` to `wi`; `mode` is Mitsuba's TransportMode."""
+    """Mueller matrices `[pair, channel, row, column]` of light from `wo` to `wi`, by Mitsuba's default mode Radiance.
+
+    In the `mode` TransportMode.Importance, the light goes from `wi` to `wo`.
+    """
     ctx = mi.BSDFContext() if mode is None else mi.BSDFContext(mode)
     nm = np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
     if is_scalar():

@@ -40,7 +40,7 @@ def miss(need: str, tests: str, reason: str) -> None:
 def skip(need: str, reason: str, *, module: str = "") -> None:
     """Skips the running test, or the named module while it is imported; fails where the part `need` is required."""
     # pytest names the running test and, after a space, its stage: "tests/test_x.py::test_y (call)".
-    running = os.environ.get("PYTEST_CURRENT_TEST", "a test").rsplit(" ", 1)[0]
+    running = os.environ.get("PYTEST_CURRENT_TEST", "a test").rsplit(" (", 1)[0]
     miss(need, module or running, reason)
     pytest.skip(f"{need}: {reason}", allow_module_level=bool(module))
 
@@ -52,7 +52,7 @@ def require_program(need: str, program: str) -> None:
 
 
 def require_module(need: str, name: str) -> ModuleType:
-    """Imports a module; skips the running test as `skip` does where it is not installed."""
+    """Imports a module; skips the running test as `skip` does where it cannot be imported."""
     try:
         return importlib.import_module(name)
     except ImportError as error:

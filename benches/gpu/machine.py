@@ -21,7 +21,7 @@ CARD_FIELDS = {
 
 
 def card() -> dict | None:
-    """The first NVIDIA card that `nvidia-smi` lists, under the result keys of CARD_FIELDS; `None` without a card."""
+    """The first NVIDIA card that `nvidia-smi` lists, under the result keys of CARD_FIELDS; `None` if that fails."""
     query = ["nvidia-smi", f"--query-gpu={','.join(CARD_FIELDS)}", "--format=csv,noheader"]
     try:
         done = subprocess.run(query, capture_output=True, text=True, timeout=30)
@@ -36,7 +36,8 @@ def card() -> dict | None:
 def described(found: dict | None) -> dict:
     """The card `found` by `card()`, the processor, and the versions of the software.
 
-    `optix` is whether the OptiX library can be loaded. Raises SetupError if the command `sunbeam` is missing.
+    `optix` is whether the OptiX library, found as Dr.Jit finds it, can be loaded. Raises SetupError if the command
+    `sunbeam` is missing.
     """
     return {
         "card": None,

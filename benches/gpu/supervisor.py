@@ -48,8 +48,8 @@ def run_all(names: list[str], run: Run) -> dict[str, dict]:
 def run_part(name: str, run: Run) -> dict:
     """Runs one part and returns its result.
 
-    `status` is `passed`, `failed` or `not run`. `error` is the reason why the process ended early, or `None`. `seconds`
-    is the wall-clock time, and `rows` are the figures of the checks that ended.
+    `status` is `passed`, `failed` or `not run`. `error` is the reason why checks did not run or end, or `None`.
+    `seconds` is the wall-clock time, and `rows` are the figures of the checks that ended.
     """
     left = run.deadline - time.monotonic()
     if left < LEAST_S:
@@ -68,8 +68,10 @@ def run_part(name: str, run: Run) -> dict:
         stderr = log.read_text(encoding="utf-8", errors="replace").strip()
     if stderr:
         print(stderr, file=sys.stderr, flush=True)
-    # The process ends with FAILED if a check failed, and passes only if a check ran.
+    # The process ends with FAILED if a check failed.
     error = None if code in (0, FAILED) else failure(code, limit_s, stderr)
+    if code == 0 and not lines:
+        error = "no check ran"
     passed = code == 0 and bool(lines)
     return {"status": "passed" if passed else "failed", "error": error, "seconds": seconds, "rows": lines}
 

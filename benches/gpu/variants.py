@@ -28,8 +28,8 @@ def reference(plan: Plan, kind: str) -> str:
 
     - A card's variants are compared with LLVM, which runs the same traced code.
     - Without LLVM, and in the dry run, which checks LLVM, the reference is scalar: the Rust core, called ray by ray.
-    - No variant is both scalar and mono. Where the reference would be scalar, a mono variant is compared with the
-      luminance of the RGB variant of its own backend.
+    - Mitsuba's package has no variant `scalar_mono`. Where the reference would be scalar, it is for a mono variant the
+      RGB variant of its own backend, of whose answers the caller takes the luminance.
     """
     if not plan.dry and has_llvm():
         return f"llvm_ad_{kind}"

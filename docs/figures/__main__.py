@@ -18,8 +18,8 @@ from .page import DOCS, write_part
 
 # Parts in the order of measurement. A part is a generated region of a page (page.py), and the module of this package
 # that measures its numbers, with underscores for hyphens. The module's function `figures() -> dict | None` returns the
-# numbers; None leaves the page unchanged. The first seven parts mostly measure times, so the machine should be idle
-# while they run.
+# numbers; None leaves the page unchanged. The first seven parts and "renderings-methods" measure times, so the
+# machine should be idle while they run.
 PARTS = (
     "speed-error",
     "realtime",
@@ -45,7 +45,7 @@ PARTS = (
     "stability",
     "instruments",
     "tour-scan",
-    # Last, since it reads the data of other parts.
+    # Last, since it reads the data of other parts. Parts named on the command line run in the order given.
     "published-figures",
 )
 

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 __all__ = ["EXTENSIONS", "Channel", "Reading", "convert", "main", "read"]
 
 # fmt: off
-#: Extensions, without the dot, of the height maps that SurfaceTopography reads and the native readers do not.
+#: Extensions, without the dot, of the height maps that SurfaceTopography reads and the native readers do not. The
+#: latter refuse them by `INSTRUMENTS` of crates/height_field/src/file/mod.rs.
 EXTENSIONS = frozenset({
     "al3d", "apx", "bcr", "bcrf", "cur", "datx", "di", "ezd", "frt", "ibw", "jpk", "lext", "mdt", "mi", "mnt", "nc",
     "nid", "nms", "oir", "opd", "opdx", "os3d", "plu", "plux", "poir", "stp", "sur", "tmd", "tom", "top", "vk3", "vk4",
@@ -156,6 +157,7 @@ def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: 
             raise SunbeamError(f"channel {chosen} does not tell its unit; give unit, such as nm (--unit nm)")
         sizes: dict[str, Any] = {}
         if info.physical_sizes is None and format_name != _POINTS:
+            # `info.unit` is the file's unit along x and y.
             sizes["physical_sizes"] = _given_sizes(format_name, info.nb_grid_pts, pixel_size, str(unit or info.unit))
         # None: `relief_of_topography` finds the order of rows in the file's header.
         top_first = None if format_name in _EITHER_FIRST else format_name not in _BOTTOM_FIRST
@@ -176,7 +178,7 @@ def _open(path: Path) -> Any:
     """Opens a file with the reader that recognises its content, or else with one for its extension.
 
     Some formats have no signature, and readers of other formats may accept such a file. A reader that does not have
-    the file's extension is therefore only the last resort, unless it reads text.
+    the file's extension is therefore only the last resort, unless it reads text, which has any extension.
     """
     readers = library()
     extension = path.suffix[1:].lower()
@@ -239,8 +241,11 @@ def _check(relief: Relief, pixel_size: float | None) -> None:
 
 
 def _write_gsf(target: Path, reading: Reading) -> None:
-    """Writes the relief in metres, the row of the largest y first. Raises :class:`SunbeamError` where writing fails."""
-    from gsffile import write_gsf
+    """Writes the relief in metres, the row of the largest y first. Raises :class:`SunbeamError` where that fails."""
+    try:
+        from gsffile import write_gsf
+    except ImportError as error:
+        raise SunbeamError(f"{target}: cannot be written: {error}; {INSTALL} brings all of it") from error
 
     relief = reading.relief
     rows, columns = relief.heights_um.shape

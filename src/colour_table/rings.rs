@@ -120,9 +120,9 @@ pub(super) struct Rings {
 }
 
 impl Rings {
-    /// Plans the rings for orders of the standard deviation `sigma_per_um` (cycles/µm), and heights that differ by at
-    /// most `range_um`. `tapered` adds knots near the horizon for an aperiodic scan. `resolution`, above 0, multiplies
-    /// the number of samples along each axis.
+    /// Plans the rings for orders of the standard deviation `sigma_per_um` (cycles/µm) > 0, and heights that differ by
+    /// at most `range_um`. `tapered` adds knots near the horizon for an aperiodic scan. `resolution`, above 0,
+    /// multiplies the number of samples along each axis.
     pub(super) fn plan(sigma_per_um: f64, range_um: f64, tapered: bool, resolution: f64) -> Self {
         let spacing = (DIRECTION_SPACING * WAVELENGTH_UM * sigma_per_um / resolution).min(SPACING_MAX);
         let inner_spacing = spacing * RING_SPACING / DIRECTION_SPACING;
@@ -137,7 +137,7 @@ impl Rings {
                 break;
             }
             let radius = radius_of(k as f64);
-            // |q| ≤ 2 at the innermost radius that the ring serves.
+            // |(u, v, w)| ≤ 2, at the innermost radius that the ring serves.
             let w_max = (4.0 - innermost.max(0.0).powi(2)).sqrt();
             let per_w = 2.0 * range_um / WAVELENGTH_UM * KNOTS_PER_FEATURE * resolution;
             let per_efold = if tapered { KNOTS_PER_FEATURE * resolution } else { 0.0 };

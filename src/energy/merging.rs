@@ -1,4 +1,4 @@
-//! Gaussians of the nodes of a spectral table, and fewer Gaussians in place of many.
+//! Gaussians of the nodes of a spectral table of powers, and fewer Gaussians in place of many.
 //!
 //! The fast integral of the albedo (`integral.rs`) takes nodes whose Gaussians are narrow over the hemisphere one by
 //! one if they are few. Of many nodes, the weaker ones are merged in squares of frequencies. A node's *record* in the

@@ -19,8 +19,8 @@ fn chebyshev_angle(k: usize, count: usize) -> f64 {
     PI * (k as f64 + 0.5) / count as f64
 }
 
-/// Nodes `[i, k]` with `k ≤ i < count`, row by row: those on one side of the diagonal p = q of a cell, and on it. The
-/// other side follows by reciprocity.
+/// Nodes `[i, k]`, i of p and k of q, with `k ≤ i < count`, row by row: those on one side of the diagonal p = q of a
+/// cell, and on it. The other side follows by reciprocity.
 pub(super) fn triangle_nodes(count: usize) -> Vec<[usize; 2]> {
     (0..count).flat_map(|i| (0..=i).map(move |k| [i, k])).collect()
 }
@@ -51,8 +51,8 @@ pub(super) fn resampling_matrix(solved: usize, stored: usize) -> Vec<Vec<f64>> {
     matrix_of(stored, solved, |g, k| {
         let fraction = fraction_at(g as f64 / (stored - 1) as f64);
         let theta = (1.0 - 2.0 * fraction).acos();
-        // Angle arccos(x) of the stored node; rounding may move x out of [−1, 1].
-        let angle_stored = (theta / PI * 2.0 - 1.0).clamp(-1.0, 1.0).acos();
+        // Angle arccos(x) of the stored node.
+        let angle_stored = (theta / PI * 2.0 - 1.0).acos();
         let angle_solved = chebyshev_angle(k, solved);
         // Σ_n c_n T_n(x), with the coefficients c_n of a function that is 1 at node k and 0 at the others.
         let sum: f64 = (1..solved).map(|n| (n as f64 * angle_stored).cos() * (n as f64 * angle_solved).cos()).sum();

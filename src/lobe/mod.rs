@@ -48,7 +48,7 @@ use crate::numeric::Numbers;
 
 /// Value, density and samples of one lobe, over the numbers `N`.
 ///
-/// `C` is the spectral content that a ray carries: `[N::Real; L]` for `L` wavelengths in nm, or [`LinearSrgb`].
+/// `C` is the spectral content that a ray carries: `[N::Real; L]`, `L` wavelengths in nm, or the marker [`LinearSrgb`].
 /// Wavelengths must lie within the tables' range. Directions are unit vectors in the relief's frame, whose z axis is
 /// the normal, and point away from the surface. Results are zero where the mask is false, and where a direction lies
 /// below the surface of a lobe that only reflects.
@@ -88,8 +88,8 @@ pub trait Lobe<N: Numbers, C: Copy> {
     }
 
     /// A direction `wo` from three random numbers in [0, 1); the zero vector where the wave drawn lies beyond the
-    /// horizon. The first number decides in turn on the side of a transparent body, on a uniform direction or one of
-    /// the lobe's own, on a wavelength, and on the order of a grating. The others yield the direction.
+    /// horizon. The first number makes all discrete choices: the side of a transparent body, a uniform direction or one
+    /// of the lobe's own, a wavelength, and the order of a grating. The others yield the direction.
     fn sample(&self, wi: [N::Real; 3], carried: C, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 

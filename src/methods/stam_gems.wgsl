@@ -4,8 +4,8 @@
 // With q = (u, v, w) = wi + wo, the sum of the unit vectors to the light and to the viewer, and the wavelengths
 // λ_n = d|u|/n, n = 1 to GEMS_ORDERS, the colour is
 //     highlight·exp(-(sharpness·d·u/w)²) + Σ_n max(0, 1 - ((λ_n - centre)/HALF_WIDTH_UM)²),
-// with a centre for each channel. The first summand is order 0. f_r is the colour over π·cosθi, where θi is the angle
-// of incidence.
+// a sum of *bumps* with a centre for each channel. The first summand is order 0. f_r is the colour over π·cosθi, where
+// θi is the angle of incidence.
 
 // Number of orders on each side of order 0; the chapter's value. A test compares this file's constants with those in
 // Rust.

@@ -1,8 +1,8 @@
 //! Inclusion of WGSL sources at compile time without their comments, which programs need not contain.
 //!
-//! The macro [`wgsl!`](crate::wgsl) calls [`code_length`], [`code`] and [`utf8`] in constant expressions: an array of
-//! bytes needs its length first. Comments from `//` to the end of the line are removed. WGSL has no strings that could
-//! contain `//`, and the sources have no block comments.
+//! The macro [`wgsl!`](crate::wgsl) calls [`code_length`], [`code`] and [`utf8`] in constant expressions. The length is
+//! a part of the array's type, hence two passes. Comments from `//` to the end of the line are removed. WGSL has no
+//! strings that could contain `//`. The sources must not have block comments.
 
 /// Includes a WGSL file, by its path relative to the calling file, as a `&'static str` without its comments. Line ends
 /// are kept, so the line numbers in messages of compilers are those of the file.

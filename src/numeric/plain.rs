@@ -71,7 +71,7 @@ macro_rules! reals {
             fn lit(value: f64) -> Self {
                 value as $t
             }
-            // `mul_add` is a library call where the processor lacks the instruction.
+            // `mul_add` is a library call where the build's target lacks the instruction.
             #[inline(always)]
             fn fma(self, b: Self, c: Self) -> Self {
                 if cfg!(target_feature = "fma") { self.mul_add(b, c) } else { self * b + c }
@@ -86,7 +86,7 @@ macro_rules! reals {
             }
             #[inline(always)]
             fn floor(self) -> Self {
-                // `floor` is a library call where the processor lacks the instruction.
+                // `floor` is a library call where the build's target lacks the instruction.
                 if cfg!(all(target_arch = "x86_64", not(target_feature = "sse4.1"))) {
                     let towards_zero = self as $whole as $t;
                     let floor = if towards_zero > self { towards_zero - 1.0 } else { towards_zero };
@@ -167,6 +167,7 @@ macro_rules! reals {
             }
             #[inline(always)]
             fn tabulated(count: u32, function: impl Fn(u32) -> $t) -> impl Fn(u32) -> $t {
+                debug_assert!(count as usize <= super::TABULATED_MAX);
                 let mut values = [0.0; super::TABULATED_MAX];
                 for (i, value) in values.iter_mut().enumerate().take(count as usize) {
                     *value = function(i as u32);

@@ -34,7 +34,7 @@ pub struct Options {
     pub index: Option<SpectralIndex>,
     /// Whether the reflectance is divided so that the albedo is at most one (default: true).
     pub conserve_energy: bool,
-    /// Whether the V-cavity factor M applies (default: false).
+    /// Whether the V-cavity factor M, of shadowing and masking, applies (default: false).
     pub shadowing: bool,
     /// Largest sine of the angle from the normal at which light leaves (default: 1). Under a cover of index n it is
     /// 1/n, beyond which light is totally reflected ([`Cover`](super::Cover)). The sampler draws no light beyond.
@@ -101,7 +101,7 @@ impl Options {
         }
     }
 
-    /// `O·M` of a pair of directions: the obliquity factor times the V-cavity factor.
+    /// `O·M` of a pair of directions: the obliquity factor (1 beside Q) times the V-cavity factor.
     pub fn angular_factor(&self, pair: &Pair) -> f64 {
         angular_factor(self.obliquity, self.shadowing, [pair.u, pair.v, pair.w], [pair.cos_i, pair.cos_o])
     }

@@ -45,7 +45,7 @@ impl TableError {
 }
 
 /// Display of a positive number with few digits, for messages. Numbers below 0.1 read 0.1. NaN reads as a number that
-/// is too large.
+/// is too large: builds of unknown cost are refused.
 struct RoundNumber(f64);
 
 impl std::fmt::Display for RoundNumber {

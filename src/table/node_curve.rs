@@ -32,7 +32,8 @@ pub struct NodeCurve {
     weights: [f64; 4],
     /// Factor on the spline: `κ²/(κ² + κ₀²)` for powers, `κ/(κ + iκ₀)` for amplitudes.
     spline_factor: Complex64,
-    /// Factors on a power's header: `κ₀²/(κ² + κ₀²)` on `P(0)` and `κκ₀²/(κ² + κ₀²)` on `P'(0)`.
+    /// Factors on a power's header: `κ₀²/(κ² + κ₀²)` on `P(0)` and `κκ₀²/(κ² + κ₀²)` on `P'(0)`. `D(0)`, an
+    /// amplitude's header, has the factor 1.
     header_factors: [f64; HEADER],
 }
 
@@ -66,8 +67,8 @@ impl NodeCurve {
         (self.header_factors, self.spline_factor)
     }
 
-    /// Power of a node at this κ from its record; zero beyond the record's end. Where the power is about zero, the
-    /// result may be negative by the tolerance.
+    /// Power of a node at this κ from its record in a table of powers; zero where κ is beyond the record. Where the
+    /// power is about zero, the result may be negative by the tolerance.
     pub fn power(&self, record: &[f32]) -> f64 {
         let Some(c) = record[HEADER..].get(self.first..self.first + 4) else { return 0.0 };
         let spline: f64 = self.weights.iter().zip(c).map(|(w, &c)| w * c as f64).sum();
@@ -76,7 +77,7 @@ impl NodeCurve {
             + self.spline_factor.re * spline
     }
 
-    /// Amplitude of a node at this κ from its record; zero beyond the record's end.
+    /// Amplitude of a node at this κ from its record in a table of amplitudes; zero where κ is beyond the record.
     pub fn amplitude(&self, record: &[f32]) -> Complex64 {
         let Some(c) = record[HEADER..].get(2 * self.first..2 * self.first + 8) else { return Complex64::ZERO };
         let pairs = self.weights.iter().zip(c.chunks_exact(2));
@@ -85,7 +86,7 @@ impl NodeCurve {
     }
 }
 
-/// [`NodeCurve`] for powers, at one κ in each lane of `V`.
+/// [`NodeCurve`] for tables of powers, at one κ in each lane of `V`.
 pub(crate) struct PowerCurves<V: Values> {
     /// Index of the first of the four coefficients read.
     first: V::Index,

@@ -174,6 +174,7 @@ impl<N: Numbers> TableView<N> {
     #[inline(always)]
     fn node(&self, curve: &Curve<N>, node: N::Index, active: N::Mask) -> [N::Real; 2] {
         let lit = N::Real::lit;
+        // `start` is the index of the node's first packet.
         let packet = |start: N::Index, number: u32| start + curve.packet + N::Index::lit(number);
         match self.layout.format {
             Format::Fixed => {
@@ -242,16 +243,17 @@ fn kernel_weight<R: Real>(kernel: InterpolationKernel, distance: R) -> R {
     }
 }
 
-/// Weights of the numbers in a node's record at one κ, as in [`super::NodeCurve`].
+/// Weights of the numbers in a node's record at one κ, as in [`super::NodeCurve`]. With κ₀ = `kappa_knee` and the
+/// spline Q, `P(κ) = header_factors · [P(0), P'(0)] + spline_factor·Q(κ)` and `D(κ) = D(0) + spline_factor·Q(κ)`.
 struct Curve<N: Numbers> {
     /// First packet read, in packets from the start of a node's coefficients.
     packet: N::Index,
     /// Weights of the eight coefficients from the first of that packet on. At most four of them, in a row, are not
     /// zero. Formats with packets of two coefficients use the first six.
     weights: [N::Real; 8],
-    /// Factor on the spline: `κ²/(κ² + κ₀²)` and 0 for powers, real and imaginary part of `κ/(κ + iκ₀)` for amplitudes.
+    /// `κ²/(κ² + κ₀²)` and 0 for powers, real and imaginary part of `κ/(κ + iκ₀)` for amplitudes.
     spline_factor: [N::Real; 2],
-    /// Factors on a power's header: `κ₀²/(κ² + κ₀²)` on `P(0)`, `κκ₀²/(κ² + κ₀²)` on `P'(0)`.
+    /// `κ₀²/(κ² + κ₀²)` and `κκ₀²/(κ² + κ₀²)`.
     header_factors: [N::Real; 2],
 }
 

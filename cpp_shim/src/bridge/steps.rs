@@ -1,5 +1,5 @@
 //! Steps of central difference quotients, by which C++ (`lobe.h`) differentiates values of the BSDF with respect to the
-//! components of directions, and to the relief's relative sizes `scale` and `depth`.
+//! components of directions. C++ derives the steps of the relief's relative sizes `scale` and `depth` from them.
 
 use super::ffi;
 use super::surface::{Surface, Tables};

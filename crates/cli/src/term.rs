@@ -22,7 +22,7 @@ const DECADES: f64 = 5.0;
 /// The heights h count from the middle of their range, H is half the range, and the DFT is a mean over the tile.
 #[derive(Serialize)]
 pub(crate) struct Term {
-    /// The power n.
+    /// The power n, at least 1.
     n: usize,
     /// H in µm.
     half_range_um: f64,
@@ -37,8 +37,8 @@ impl Term {
         let transform = TermTransform::<f64>::new(field, Series::Taylor);
         let bins = transform.term(n);
         let (nx, ny) = field.size();
-        // Bin of the DFT for an index of the array, along an axis of `count` orders. The array has order 0 at
-        // ⌊count/2⌋. The DFT has it first, and order −j at count − j.
+        // Bin of the DFT for an index of the array, along an axis of `count` orders. The array's index i is the order
+        // i − ⌊count/2⌋. The DFT has order 0 first, and order −j at count − j.
         let bin = |index: usize, count: usize| (index + count - count / 2) % count;
         let magnitudes = Array2::from_shape_fn((ny, nx), |(iy, ix)| bins[bin(iy, ny) * nx + bin(ix, nx)].norm());
         Self { n, half_range_um: transform.half_range_um(), magnitudes }
@@ -73,7 +73,7 @@ impl Term {
     fn greys(&self) -> Vec<u8> {
         let largest = self.magnitudes.iter().fold(0.0, |largest: f64, &magnitude| largest.max(magnitude));
         let grey = |&magnitude: &f64| {
-            // The logarithm of 0 is −∞, which is black. So is the NaN of a flat relief: `max` returns 0 for it.
+            // The logarithm of 0 is −∞, which is black. So is the NaN of a flat relief, 0/0: `max` returns 0 for it.
             let lightness = 1.0 + (magnitude / largest).log10() / DECADES;
             (255.0 * lightness.max(0.0)).round() as u8
         };

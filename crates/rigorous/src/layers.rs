@@ -87,6 +87,7 @@ pub(crate) fn layer_matrices(
     let reach = (f64::from(image_count) + 0.5) * d;
     let least = (0.5 * nodes.spacing_min()).min(DISTANCE_MIN * d);
     let most = reach.hypot(height.max(HALF_HEIGHT_MIN * d));
+    // Hankel functions from `least` to `most`, Bessel functions up to the window's end.
     let radial = Radial::new(wave_number, least, most, window[1])?;
     let lattice = match images {
         Images::All => Some(LatticeSum::new(d, wave_number, bloch, height, &radial)?),
@@ -119,7 +120,7 @@ struct Assembly<'a> {
     phases: Vec<Complex64>,
     /// Distances in µm between which the window falls from 1 to 0.
     window: [f64; 2],
-    /// Hankel and Bessel functions of kr, for distances r up to the images summed one by one.
+    /// Hankel functions of kr up to the images summed one by one, Bessel functions up to the end of the window.
     radial: Radial,
     /// Field of all images but the nearest; `None` where they are summed one by one.
     lattice: Option<LatticeSum>,
@@ -154,7 +155,7 @@ impl Assembly<'_> {
             into.double[(row, source)] = (nearest[1] + others[1]) * phase;
         }
         // Near a corner, the quadrature does not resolve the kernel of K on the neighbouring edge. The correction makes
-        // the integral over that edge exact for a constant field.
+        // the integral of its static part (k → 0) over that edge exact for a constant field.
         into.double[(row, target)] += self.nodes.corner_defect(target);
     }
 

@@ -35,6 +35,7 @@ answer({
     picture.free();
     return { facts: JSON.parse(relief.facts(settings)), width, height, bar_um, um_per_pixel, rgba };
   },
+  // SHA-256 of a file.
   async checksum({ file }) {
     return sunbeam.sha256(new Uint8Array(await file.arrayBuffer()));
   },

@@ -15,8 +15,8 @@ const MAP_SIDE = 128;
 export const DRAFT_SIDE = 48;
 
 /**
- * Draws the map for light from `wi`, with `side` pixels along each side. Of the calls during a run, only the last one
- * is made (latest.js).
+ * Draws the map for light from `wi`, with `side` pixels along each side, if `mapOf` has one. Of the calls during a run,
+ * only the last one is made (latest.js).
  */
 export const drawMap = onlyLatest(async (wi, side) => {
   const rgb = await mapOf(wi, side);
@@ -86,9 +86,9 @@ const showSpectrum = onlyLatest(async () => {
   else views.spectrum.say(`${page.settings.method} has no spectrum`);
 });
 
-/** Shows the spectrum at page.wi and page.wo if its data exist. Errors go to the plot. */
+/** Shows the spectrum at page.wi and page.wo if both are set and its data exist. Errors go to the plot. */
 export async function readSpectrum() {
-  if (!page.wo || !page.engine.hasSpectra(currentKeys().method)) return;
+  if (!page.wi || !page.wo || !page.engine.hasSpectra(currentKeys().method)) return;
   try {
     await showSpectrum();
   } catch (error) {

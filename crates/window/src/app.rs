@@ -71,7 +71,7 @@ pub(crate) struct App {
     screenshot: PathBuf,
     /// Message about the last screenshot.
     saved: Option<String>,
-    /// Message of the last error, until the next build begins.
+    /// Message of the last error, of any kind, until the next build begins.
     error: Option<String>,
 }
 
@@ -174,11 +174,12 @@ impl App {
                 self.facts.picture = Some(PictureFacts::from(&picture));
                 self.shown = Some(Shown { target: picture.target, stops: None });
             }
-            Event::Map(Some(map)) => {
+            // A map may arrive after the cursor has left the picture.
+            Event::Map(Some(map)) if self.cursor.is_some() => {
                 let texture = ctx.load_texture("BRDF map", map.image.clone(), egui::TextureOptions::NEAREST);
                 self.map = Some((map, texture));
             }
-            Event::Map(None) => self.map = None,
+            Event::Map(_) => self.map = None,
             Event::Saved(path) => {
                 self.saved = Some(format!("{} and .exr written", path.display()));
             }
@@ -215,7 +216,8 @@ impl App {
         self.scene.as_ref().map(|task| format!("making the mesh … {:.1} s", task.seconds()))
     }
 
-    /// Shows the picture with the BRDF map, and orders the picture of the settings and the map at the cursor.
+    /// Shows the picture with the BRDF map, and orders the picture of the settings and the map at the cursor. Drags
+    /// and the wheel over the picture change camera and sun in the settings.
     fn picture(&mut self, ui: &mut egui::Ui) {
         let stops = self.settings.exposure;
         // A new picture, or another exposure, is tone-mapped again.

@@ -14,7 +14,7 @@ pub(crate) struct Start {
     pub settings: Settings,
     /// Makes the mesh and its pigment, on another thread.
     pub make_scene: SceneMaker,
-    /// Width and height of the window in points, egui's unit: pixels of a screen that is not scaled.
+    /// Width and height of the window in points, egui's unit: a pixel of a screen that is not scaled.
     pub size: [f32; 2],
     /// File name of the first screenshot; later ones are numbered (screenshot.rs).
     pub screenshot: PathBuf,
@@ -73,7 +73,8 @@ fn explained(error: eframe::Error) -> Box<dyn Error> {
     };
     match error {
         eframe::Error::WinitEventLoop(error) => no_display(error.to_string()),
-        eframe::Error::Winit(error) => no_display(error.to_string()),
+        // The window cannot be created, although there is a display.
+        eframe::Error::Winit(error) => error.into(),
         eframe::Error::Wgpu(WgpuError::CustomNativeAdapterSelectionError(reason)) => reason.into(),
         // Without a graphics interface there is no adapter either.
         eframe::Error::Wgpu(WgpuError::CreateSurfaceError(_)) => {

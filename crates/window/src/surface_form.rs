@@ -28,7 +28,7 @@ pub(crate) struct SurfaceForm {
     path: String,
     /// Size of a pixel of the file in µm; `None` for the size that the file contains.
     pixel_size_um: Option<f64>,
-    /// Height of the file's largest value in µm; `None` for the height that the file contains.
+    /// Height of full scale, such as white, in µm; `None` for the height that the file contains.
     max_height_um: Option<f64>,
 }
 

@@ -4,7 +4,7 @@ A specification (``spec``) is a TOML file with three parts:
 
 - *surfaces*: reliefs with their parameters, such as a file of heights and a coherence length;
 - *settings*: the direction of the light, and parameters that vary for every surface;
-- *wants*: groups of figures, which are computed numbers and pictures, such as the colour or a rendered scene.
+- *wants*: groups of figures, such as those of the colour, and pictures, such as a rendered scene.
 
 A surface under a setting is a *case*, and a row of the resulting table. From the command line::
 
@@ -40,7 +40,7 @@ try:
     import filelock as _filelock  # noqa: F401
     import pyarrow as _pyarrow  # noqa: F401
     import tqdm as _tqdm  # noqa: F401
-except ImportError as _error:
+except ModuleNotFoundError as _error:
     raise ImportError(
         f'sunbeam_mitsuba.sweep needs {_error.name}, which is not installed: pip install "sunbeam-mitsuba[sweep]"'
     ) from None

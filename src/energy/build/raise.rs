@@ -14,9 +14,9 @@ use crate::table::Steps;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Largest change of cosθ across a cell, times the number of cells along a side: `16/(3√3)`, rounded up. At the radius
-/// r, `cosθ = (1 − r²)²` is steepest at `r² = 1/3`, with the slope `8/(3√3)`. A cell's side is 2 over the number of
-/// cells.
+/// Largest change of cosθ along a cell's side, times the number of cells along the grid: `16/(3√3)`, rounded up. At the
+/// radius r, `cosθ = (1 − r²)²` is steepest at `r² = 1/3`, with the slope `8/(3√3)`. A cell's side is 2 over the number
+/// of cells.
 const CELL_COSINE: f64 = 3.08;
 /// Largest number of nodes beyond a cell's corners, along each axis, that are raised with the corners. The number is
 /// one for each half turn by which the *relief phase* changes across a cell: the phase between the relief's lowest and

@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! T[y][x][b] = Σ counts in band b of the blocks before column x and before row y      table of sums
-//! counts(rectangle) = T[top][right] − T[top][left] − T[bottom][right] + T[bottom][left]
+//! counts(rectangle) = T[top][right] − T[top][left] − T[bottom][right] + T[bottom][left]     left < right, bottom < top
 //! ```
 //!
 //! To save memory, sums are stored for blocks of 4 × 4 nodes, and rectangles consist of whole blocks. A sample is drawn
@@ -41,8 +41,8 @@ const MANTISSA_BITS: u32 = 11;
 /// Difference of the exponent biases of single precision (127) and of an encoded count (1), in the exponent's place
 /// above the 23 bits of mantissa.
 ///
-/// `(code << 12) + EXPONENT_SHIFT` are the bits of the count as a number of single precision. The code 0 reads as ½,
-/// which rounds down to 0.
+/// `(code << 12) + EXPONENT_SHIFT`, with 12 = 23 − [`MANTISSA_BITS`], are the bits of the count as a number of single
+/// precision. The code 0 reads as ½, which rounds down to 0.
 const EXPONENT_SHIFT: u32 = 126 << (f32::MANTISSA_DIGITS - 1);
 
 /// Layout of the table data of a [`SummedArea`].
@@ -81,7 +81,8 @@ impl SummedArea {
     /// Rounds `masses`, `[node along y][node along x][band]`, to counts and sums them. `nodes` are the numbers of nodes
     /// along x and y.
     ///
-    /// A positive mass becomes at least one count; a negative one or NaN becomes none.
+    /// Masses are finite, one for each node. A positive mass becomes at least one count; a negative one or NaN becomes
+    /// none.
     pub fn new(nodes: [usize; 2], masses: &[[f32; BANDS]]) -> Self {
         let blocks = nodes.map(|n| n.div_ceil(BLOCK));
         // Each positive mass may gain a count by rounding up.

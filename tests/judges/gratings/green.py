@@ -64,7 +64,7 @@ class Lattice:
         return np.sqrt((self.k**2 - self.alpha**2).astype(complex))
 
     def gradient(self, x: np.ndarray, z: np.ndarray) -> tuple[tuple, tuple]:
-        """(∂G/∂x, ∂G/∂z) in 1/µm at (x, z) and at (−x, −z), away from the sources.
+        """(∂G/∂x, ∂G/∂z) in 1/µm at (x, z) and at (−x, −z), away from the sources (pd, 0) with whole p.
 
         The sum over orders converges slowly for small z. Its terms' asymptotes up to n⁻² are subtracted, and their sum
         is added in closed form (Kummer's transformation), so that the error falls as count⁻².

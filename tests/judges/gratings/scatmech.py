@@ -13,7 +13,7 @@ import numpy as np
 from mitsuba_scenes.environment import REPOSITORY, SetupError
 
 REQUIREMENTS = REPOSITORY / "requirements-judges.lock"
-# Largest order that propagates for periods of up to 15 wavelengths.
+# No higher order propagates in air for periods of up to 15 wavelengths.
 ORDERS = 30
 # Stokes parameters I and Q of s and of p.
 STATES = np.array([[1, 1], [1, -1]])
@@ -34,9 +34,11 @@ def grating_model(
 ) -> Any:
     """The package's model of a grating with the parameters `profile`, such as those of `lamellae`.
 
-    `waves` are kept on either side of order 0. The grating, of the refractive index `index`, is turned by `azimuth_deg`
-    about its normal. Light comes from a medium of the index `above`, in which `theta_i_deg` is measured; the wavelength
-    is that in vacuum. `side` is REFLECTED or TRANSMITTED. Raises SetupError without the package.
+    `waves` are kept on either side of order 0. The grating, of the refractive index `index` = η + ik, is turned by
+    `azimuth_deg` about its normal, in either sense: it is symmetric in y. Light comes from a medium of the index
+    `above`, in which `theta_i_deg` is measured; a profile's `above` must equal it. The wavelength is that in vacuum.
+    `side` is REFLECTED or TRANSMITTED. Numbers are Python's, not NumPy's, whose `repr` the package cannot read. Raises
+    SetupError without the package.
     """
     try:
         from pySCATMECH.rcw import RCW_Model

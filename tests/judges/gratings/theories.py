@@ -82,14 +82,14 @@ def tabulated(settings: list[Setting]) -> tuple[list[np.ndarray], list[np.ndarra
         questions += [{"wi": wi, "wo": order["direction"], "wavelength": setting.wavelength_nm} for order in entries]
     first = settings[0]
     asked = ["eval", "--method", "table", "--theory", "rigorous", *grating_arguments(first), *medium_arguments(first)]
-    # The BSDF in 1/sr at the centre of each order, of all settings in turn.
+    # The BSDF in 1/sr at the centre of each order, of all settings in turn; `power_of_value` makes powers of it.
     values = np.array(ask([*asked, "--coherence-length", COHERENCE_LENGTH_UM], questions))
     parts = np.split(values, np.cumsum([len(part) for part in solved])[:-1])
     return [part * power_of_value(setting.wavelength_nm) for part, setting in zip(parts, settings)], solved
 
 
 def transverse_basis(d: np.ndarray) -> np.ndarray:
-    """Unit vectors of E in the two states of `sunbeam orders`, for a wave along `d`: with Hy = 0, then with Ey = 0."""
+    """Unit vectors of E in the states of `sunbeam orders`, first Hy = 0, then Ey = 0, for a wave along `d`, not y."""
     across = np.hypot(d[0], d[2])
     return np.array([[-d[1] * d[0] / across, across, -d[1] * d[2] / across], [d[2] / across, 0, -d[0] / across]])
 

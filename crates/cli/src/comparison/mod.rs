@@ -26,7 +26,7 @@ const STOPS_MAX: f64 = 100.0;
 pub(crate) struct Comparison {
     /// The figures of `sunbeam compare`.
     pub(crate) figures: Figures,
-    /// Exposure of the pictures as shown, in stops.
+    /// Exposure of the pictures as shown, in stops: the binary logarithm of the factor on the radiance.
     pub(crate) exposure_stops: f64,
     /// Number of compared pixels.
     pub(crate) pixels: usize,
@@ -39,7 +39,7 @@ pub(crate) struct Comparison {
 /// Compares `b` with the reference `a` inside the mask; without a mask everywhere.
 ///
 /// The pictures as shown are multiplied by `2^exposure_stops` and clipped to [0, 1]. By default the exposure clips 1 %
-/// of the reference's pixels that are not black. FLIP and PSNR use the sRGB encoding, ΔE uses linear values.
+/// of the reference's compared pixels that are not black. FLIP and PSNR use the sRGB encoding, ΔE uses linear values.
 ///
 /// # Errors
 /// Sizes that differ between the pictures or the mask, a mask without pixels, an exposure out of range.

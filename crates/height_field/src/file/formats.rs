@@ -34,7 +34,7 @@ pub struct Format {
     pub channels: &'static str,
     /// Marks of missing points, in addition to NaN and magnitudes from 1e30 on.
     pub holes: &'static str,
-    /// Refused variants.
+    /// Refused variants, and ignored contents.
     pub not_read: &'static str,
     /// Parser of a file's bytes. Its second argument is the option `channel`.
     pub(super) parse: fn(&[u8], Option<&str>) -> Parsed,

@@ -18,7 +18,7 @@ pub(super) struct Patch<'a> {
 }
 
 impl<'a> Patch<'a> {
-    /// The patch of scale (i, j), where i + j is even.
+    /// The patch of scale (i, j). Scales lie only where i + j is even.
     pub(super) fn new(lattice: &'a Lattice, scale: (i64, i64)) -> Self {
         Self { lattice, scale }
     }
@@ -49,7 +49,7 @@ impl<'a> Patch<'a> {
 
     /// A point of an edge, from its end nearer to the root (`t` = 0) to its other end (`t` = 1). On the scales at the
     /// two ends of the sheet, the edges beyond the end are mirror images of the others. The sheet then ends in a
-    /// straight line.
+    /// straight line. Its sides are straight by [`Lattice::traits`].
     fn edge(&self, edge: Edge, t: f64) -> DVec2 {
         let (i, j) = self.scale;
         let rows = self.lattice.rows_along;
@@ -74,9 +74,9 @@ impl<'a> Patch<'a> {
 /// The sides of the grid: two from the root to the flanks, and the two free edges.
 #[derive(Clone, Copy)]
 enum Edge {
-    /// From the root to the left flank (`y` = 0): the foot of the scale that lies above on the left.
+    /// From the root to the left flank (`y` = 0): the foot of scale (i − 1, j − 1), which lies above it.
     RootLeft,
-    /// From the root to the right flank (`x` = 0): the foot of the scale that lies above on the right.
+    /// From the root to the right flank (`x` = 0): the foot of scale (i − 1, j + 1), which lies above it.
     RootRight,
     /// From the left flank to the tip (`x` = 1).
     FreeLeft,

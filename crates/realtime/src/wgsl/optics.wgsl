@@ -20,7 +20,7 @@ const OPTICS_ANSWERS_FILM: u32 = 2u;
 struct Optics {
     // Real part of the refractive index eta + i k, relative to the index of the cover.
     eta: f32,
-    // Imaginary part of the refractive index; 0 for a dielectric.
+    // Imaginary part of that index; 0 for a dielectric.
     k: f32,
     // 1: a perfect conductor with R = 1 at every angle; eta and k are not read.
     reflects_all: u32,

@@ -14,8 +14,8 @@
 @group(0) @binding(2) var<storage, read> queries: array<Query>;
 // f_r of each query, linear sRGB in 1/sr (shade.wgsl); the fourth component is not read.
 @group(0) @binding(3) var<storage, read> reflectances: array<vec4<f32>>;
-// Weighted sum of the radiance over the samples of each pixel so far (rgb), and the sum of their weights (a); rows from
-// the top.
+// Weighted sum of the radiance over the samples of each pixel so far (rgb), and the sum of their weights (a), to which
+// locate.wgsl adds; rows from the top.
 @group(0) @binding(4) var<storage, read_write> picture: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read> pigment: Pigment;
 // Indices of the answered queries, in `queries` and in the arrays of pixels.

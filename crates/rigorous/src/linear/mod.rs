@@ -33,7 +33,7 @@ pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
 /// with row exchanges. `what` names the solution in the error.
 ///
 /// # Errors
-/// [`Error::NotFinite`] for a solution that is not finite: `a` is singular, or not finite itself.
+/// [`Error::NotFinite`] for a solution that is not finite: `a` is singular, or an argument is not finite.
 pub(crate) fn solve(a: &Matrix, right: &Matrix, what: &'static str) -> Result<Matrix, Error> {
     let mut factors = Planes::of(a);
     let pivots = lu::factor(factors.view_mut());
