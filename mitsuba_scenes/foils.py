@@ -191,6 +191,7 @@ def rounded(pattern: Pattern, radius_cm: float, bsdf: dict) -> dict:
         np.maximum(np.abs(position) - (0.5 * np.ptp(position) - radius_cm), 0) for position in (pattern.x, pattern.y)
     )
     is_card = np.hypot(outside_x, outside_y) < radius_cm
+    # A weight of 1 selects the second material.
     return {"type": "blendbsdf", "weight": raw_texture(is_card), "beyond": soil(), "inside": bsdf}
 
 
