@@ -75,7 +75,7 @@ fn height_um(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
 }
 
 /// The skin in the orientation of the scan: fingers along +x, layers 1.552 µm apart along x, fingers 0.62 µm apart
-/// along y. `regions` varies the periods between the squares of a checkerboard.
+/// along y. With `regions` the periods alternate between squares of the tile.
 pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, HeightFieldError> {
     let extent_um = LAYERS as f64 * LAYER_UM;
     let mut random = Random::new(SEED);
