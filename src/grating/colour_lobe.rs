@@ -239,7 +239,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         let both_below = from_below & to_below;
         let per_index = N::Real::select(both_below, real(1.0 / self.layout.efficiencies.eta_below()), one);
         let [x, y] = [x * per_index, y * per_index];
-        // Length of the moved direction's projection onto the xz plane, and the cosine between projection and normal.
+        // The moved direction's projection onto the xz plane: squares of its length and of its cosine to the normal.
         let squared_length = (one - y * y).max(zero);
         let squared_cosine = (one - x * x / squared_length.max(real(DIVISOR_MIN))).max(zero);
         let colour =
@@ -294,8 +294,8 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
 
     /// Density of `draw` in 1/sr: `wo.z · Σ_m (weight_m/total) · mean over P of ∫ ν² P(ν) K(νq − f_m) dν`. P are the
     /// `PROPOSED` Gaussians over ν, and `weight_m` the tabulated weights from which `draw` selects an order. ν² is the
-    /// Jacobian from frequencies to direction cosines, and wo.z that to solid angles. Twice as large at a body that
-    /// transmits, and times n² in a medium of index n.
+    /// Jacobian from frequencies to direction cosines, and wo.z that to solid angles. The result is doubled at a body
+    /// that transmits, and times n² in a medium of index n.
     #[inline(always)]
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));

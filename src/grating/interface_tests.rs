@@ -60,7 +60,7 @@ fn order(wi: Vec3, m: i32, side: Side, nm: f64) -> Option<Vec3> {
 #[test]
 fn reported_error_of_an_interface_is_below_the_accepted() {
     let report = SURFACE.report();
-    // `rms` is the error of efficiencies between nodes. 0.004 is chosen; an RMS near 0 would mean no comparison.
+    // Error of efficiencies at random incidences. 0.004 is chosen; an RMS near 0 would mean no comparison.
     assert!(report.rms < 0.004 && report.rms > 1e-5, "{report:?}");
 }
 

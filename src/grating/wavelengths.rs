@@ -103,8 +103,8 @@ fn cell_count(period_um: f64, wavelength_nm: f64) -> usize {
 }
 
 /// Wavelengths of a table in nm, ascending, and the number of cells at each. `step_nm` is the largest step. A perfect
-/// conductor has none, and two wavelengths, the ends of the range. A wavelength has as many cells as the next shorter one, since
-/// look-ups interpolate between both.
+/// conductor has none, and two wavelengths, the ends of the range. A wavelength has as many cells as the next shorter
+/// one, since look-ups interpolate between both.
 pub(super) fn table_wavelengths(period_um: f64, step_nm: Option<f64>) -> (Vec<f64>, Vec<usize>) {
     let range = WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM;
     let steps = step_nm.map_or(1.0, |step| (range / step).ceil());

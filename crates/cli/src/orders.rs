@@ -233,7 +233,7 @@ fn print_table(solved: &SolvedOrders, transmission: Transmission) -> Outcome {
     let percent =
         |fraction: Option<f64>| fraction.map_or("–".to_owned(), |fraction| format!("{:.3}", 100.0 * fraction));
     // Titles of the column of sides and of the line for the rest of the light; an empty title omits its column or line.
-    // At an interface there is no rest. Everywhere else, `absorbed` holds the rest, under its name in the JSON.
+    // At an interface there is no rest. Elsewhere `absorbed` holds it, under its name in the JSON, if it is known.
     let (side_title, rest_title) = match transmission {
         Transmission::None => ("", "absorbed or transmitted"),
         Transmission::Film => ("side", "left inside the film"),
