@@ -16,7 +16,7 @@
 //! (`colour_tables.rs`). Order 0 has ν_m = 0 and no wavelength of its own; the colour of its efficiency is tabulated
 //! over directions. Further symbols are those of `mod.rs`, but q is a vector here. A *channel* is an order on one side
 //! of the relief. In a medium of index n below, tangential parts enter q times n, and light that leaves there has f_r
-//! times n² (`lobe.rs`). `REACH` counts standard deviations.
+//! times n² (`lobe.rs`). `REACH` counts standard deviations; `TAU` is 2π.
 //!
 //! The WGSL twin is `src/methods/grating.wgsl`.
 
