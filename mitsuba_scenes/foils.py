@@ -13,8 +13,8 @@ from PIL import Image, ImageDraw, ImageFont
 from .light import lamps
 from .scene import View, colour_texture, raw_texture, soil, stage
 
-# Relief of both foils: an embossed grating with the largest pitch of the patterns, in µm. Its height puts most of the
-# light into the first orders, under lacquer.
+# Relief of both foils: an embossed grating with the largest pitch of the patterns, in µm. Under lacquer its height puts
+# 37 % of the light at 550 nm into the first orders and 45 % into the second, by the phase screen at normal incidence.
 EMBOSSED = {"preset": "sinusoidal", "period": 1.6, "height": 0.16, "material": "Al"}
 # Smallest and largest pitch relative to that of EMBOSSED. First orders of finer gratings leave the lacquer only for few
 # directions of the light.
@@ -191,6 +191,7 @@ def rounded(pattern: Pattern, radius_cm: float, bsdf: dict) -> dict:
         np.maximum(np.abs(position) - (0.5 * np.ptp(position) - radius_cm), 0) for position in (pattern.x, pattern.y)
     )
     is_card = np.hypot(outside_x, outside_y) < radius_cm
+    # A weight of 1 selects the second material.
     return {"type": "blendbsdf", "weight": raw_texture(is_card), "beyond": soil(), "inside": bsdf}
 
 

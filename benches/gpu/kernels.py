@@ -21,7 +21,7 @@ from .questions import Questions, drawn, interactions, random_numbers
 from .scenes import STRAY, ball, differing, picture
 from .variants import use
 
-# Number of questions (questions.py) of each check.
+# Number of questions of each check: pairs of directions with wavelengths and random numbers (questions.py).
 COUNT = 300
 # Largest error of an answer, relative to the largest answer of its quantity, such as the density. Kernels of different
 # structure round differently.
@@ -155,8 +155,8 @@ def frozen(variant: str) -> dict:
 def two_scenes(variant: str) -> dict:
     """Compares renders of two scenes while both are alive with renders while one of them is.
 
-    `differing` is the fraction of pixels that differ. `between the scenes` is the fraction by which the two scenes
-    differ, which must be larger.
+    `differing` is the fraction of pixels that differ, at most STRAY. `between the scenes` is the fraction by which the
+    two scenes differ, which must be larger than STRAY.
     """
     use(variant)
     first = ball({"type": "diffraction", **EIGHT[0]})

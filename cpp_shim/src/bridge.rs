@@ -7,7 +7,8 @@
 //! - The *interface's factor* is the Fresnel reflectance or the small-slope factor (docs/model.md#the-reflectance).
 //! - `wi`, `wo`, `from` and `to` are unit vectors that point away from the surface, in the relief's frame: z is the
 //!   normal, x the relief's x.
-//! - Values are `f_r` in 1/sr, without the cosine. They are zero if a direction is below the surface.
+//! - Values are `f_r` in 1/sr, without the cosine. They are zero if a direction is below a surface that does not
+//!   transmit.
 //!
 //! Every function that can fail runs inside [`guard()`]. An error or a panic becomes an `Err`, which cxx throws as a
 //! C++ exception and the plugin rethrows as Mitsuba's.
@@ -142,8 +143,8 @@ mod ffi {
             wavelengths_nm: &[f32; 4],
             size: &[f32; 2],
         ) -> Result<[f32; 5]>;
-        /// Samples by value: the direction `wo` for three random numbers in [0, 1). The zero vector if it falls below
-        /// the horizon.
+        /// Samples by value: the direction `wo` for three random numbers in [0, 1). The zero vector if it falls beyond
+        /// the horizon of its side.
         fn sample(
             self: &Surface,
             wi: &[f32; 3],
@@ -294,7 +295,8 @@ impl Surface {
     }
 
     fn trace_evaluate(&self, part: Part, query: &ffi::TracedQuery, wo: &[u32; 3]) -> Result<[u32; 5], PluginError> {
-        // Colours keep their negative channels. By value they are desaturated, since scalar variants of Mitsuba warn.
+        // Negative red, green or blue is kept. By value, such colours are desaturated, since scalar variants of Mitsuba
+        // warn of them.
         traced(query.backend, |scope| self.answer(part, Gamut::Keep, self.traced_query(scope, query, *wo)))
     }
 

@@ -6,7 +6,7 @@ are defined in mitsuba_scenes/laboratory.py. Each sample is rendered in white li
 wavelengths for the positions of its spots.
 
 Orders of an *ensemble* (docs/model.md#coherence) have Gaussian lobes, whose standard deviation in spatial frequency is
-1/(2√2πs); s is a quarter of the coherence length.
+1/(2√2·π·s); s is a quarter of the coherence length.
 """
 
 from __future__ import annotations

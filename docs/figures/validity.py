@@ -1,9 +1,10 @@
 """Part `validity` of the documentation (page.py): errors of scalar diffraction for gratings, by Maxwell's equations.
 
 A *model* is scalar diffraction with an obliquity factor, `stam` or `unit`, with or without energy conservation
-(`STAM_LIMITED` is `stam` with it). Its *misplaced* power is the fraction of the light that it puts into wrong orders
-(validity_sweeps.py). A *reach* is a largest angle of incidence, on either side. In TE and TM the electric and the
-magnetic field is along the grooves. Lengths without a unit in their name are in µm.
+(`STAM_LIMITED` is `stam` with it). Its *misplaced* power (`mean_error`) is the fraction of the light that it puts into
+wrong orders, as a mean over wavelengths (validity_sweeps.py). A *reach* is a largest angle of incidence, on either
+side. In TE the electric field is along the grooves, in TM the magnetic field. Lengths without a unit in their name are
+in µm.
 """
 
 from __future__ import annotations
@@ -149,7 +150,7 @@ def sums_with_energy_conservation() -> list[dict]:
     """
     # Period and height in µm.
     grating = Grating("sinusoidal", 1.6, 0.1)
-    # Angle by angle, as the sums are averaged.
+    # All wavelengths of an angle follow each other, so a row of `reshape` has one angle.
     lights = [Light(wavelength, angle) for angle in sweeps.ANGLES_DEG for wavelength in sweeps.WAVELENGTHS_NM]
     rows = []
     for length_um in COHERENCE_LENGTHS_UM:
@@ -187,7 +188,7 @@ def figures() -> dict:
     plots.angles(folder / "angles.svg")
     plots.slopes(folder / "slopes.svg", swept["slope"], swept["facets_away"], swept["facets_facing"], BOUND)
     plots.periods(folder / "periods.svg", swept["period"], mean_nm, BOUND)
-    # A mirror reflects all light: a height of 0, at 550 nm and 60°.
+    # A grating of height 0 is a mirror and reflects all light, here of 550 nm at 60°.
     flat = solve(Sinusoid(2.5, 0.0), 550.0, 60.0)
     return {
         "wavelengths_nm": list(sweeps.WAVELENGTHS_NM),

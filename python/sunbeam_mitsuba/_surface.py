@@ -105,7 +105,7 @@ class _Items:
         self._values = np.ascontiguousarray(values, dtype=np.float32)
 
     def at(self, first: int) -> _CFloats:
-        """The C structure of the array from item ``first`` of the batch on."""
+        """The C structure of the array from item ``first`` of the batch on; valid while this object lives."""
         return _CFloats(self._values.ctypes.data + self._values.itemsize * first * self._stride, self._stride)
 
 

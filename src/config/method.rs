@@ -34,8 +34,8 @@ impl Method for SharedGrating {
 }
 
 impl SurfaceConfig {
-    /// A realtime method by the configuration's theory. The scalar theory has all kinds ([`methods::build`]), which are
-    /// built anew. The rigorous theory has [`MethodKind::Table`] only, whose tables come from `cache`.
+    /// A realtime method by the configuration's theory. The scalar theory has all kinds of methods, and builds them
+    /// without the cache. The rigorous theory has [`MethodKind::Table`] only, whose tables come from `cache`.
     ///
     /// `index` is the index of the material in place of the configuration's; `None` reflects everything. A film takes
     /// the configuration's own index instead. Under a cover, the method takes directions inside it: the caller refracts
@@ -57,7 +57,7 @@ impl SurfaceConfig {
     ) -> Result<Box<dyn Method>, BuildError> {
         match (self.theory, kind) {
             (Theory::Scalar, _) => {
-                // The relief is magnified by the index of the cover or the film, for directions inside it.
+                // Inside a cover or film of index n wavelengths are shorter, so the whole relief is magnified by n.
                 let (field, surface_options) = (self.height_field_inside()?, self.options_for(index));
                 Ok(methods::build_watched(kind, &field, &surface_options, options, progress)?)
             }

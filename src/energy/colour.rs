@@ -19,7 +19,8 @@ const BANDS: usize = 3;
 /// Number of wavelengths in an integral over the bands. Chosen: more take longer; fewer sample the bands too coarsely.
 const WAVELENGTHS: usize = 12;
 /// Number of cells along each side of the grid over directions, and of wavelengths in an integral over the bands, where
-/// the albedo has ridges, narrow in both. Large enough that albedos of bands stay below 1.01 (`tests/core/energy.rs`).
+/// the albedo has ridges (`build.rs`), which are narrow in both. Albedos of bands then stay below 1.01
+/// (`tests/core/energy.rs`).
 const SAMPLES_OF_RIDGES: u32 = 32;
 /// Number of [`BAND_NODES_NM`]. An evaluation with four would take 10 % longer; fewer follow the albedo less closely.
 pub(crate) const BAND_NODES: usize = 3;
@@ -36,8 +37,8 @@ const WORDS: usize = 8;
 /// Table of the divisor A over directions, in linear sRGB under D65 with the weights of [`WavelengthWeights`].
 ///
 /// It resembles an [`AlbedoTable`](super::AlbedoTable) with bands in place of planes of wavelength, and also holds
-/// `(A − 1)·cos²θ`. A band's reflectance is negative in directions whose colour lies outside sRGB. Its albedo includes
-/// these negative parts.
+/// `(A − 1)·cos²θ`, with θ from the normal. A band's reflectance is negative in directions whose colour lies outside
+/// sRGB. Its albedo includes these negative parts.
 ///
 /// Words are arranged `[y][x]`, with eight for each cell: two for each band, and two of padding. A band's first word
 /// has the corners (x, y) and (x + 1, y), its second (x, y + 1) and (x + 1, y + 1). They are 16-bit floats (bfloat16),

@@ -4,13 +4,14 @@
 //! relief. So energy is conserved and reciprocity kept. Light that a film traps counts as transmitted.
 //!
 //! The albedo is `a(wi) = Σ_m F(wi, wo_m)·P_m(κ)` over the nodes m of the spectral table and over both sides of wo_m.
-//! P_m is a node's power. The factor F of a body (`scattering/transparent.rs`) vanishes at the horizon, so albedos have
-//! no poles there. A is the larger of a and 1, with a margin. Each node counts at its own frequency, or at three
+//! P_m is a node's power. The factor F of a body (`scattering/transparent.rs`) vanishes at the horizon, so albedos are
+//! finite there. A is the larger of a and 1, with a margin. Each node counts at its own frequency, or at three
 //! frequencies along an axis on which it is wide.
 //!
-//! Symbols: w is the normal component of the scattering vector, n the index of the medium. Wave vectors "over n" are in
-//! units of the wave number in the medium. λ' and λ" are the wavelengths by which frequencies and the phase rate κ
-//! follow (`scattering/size.rs`); both are λ for one size.
+//! Symbols: Ki and Ko are the wave vectors of wi and wo "over n": in units of the wave number in the medium, whose
+//! index is n. w is the normal component of Ki + Ko. The power spectrum S, of the relief magnified n times, is read at
+//! the frequency `(Ki + Ko)_xy/λ'` and the phase rate `κ = 2πw/λ"`. Both wavelengths are λ for one size of the relief
+//! (`scattering/size.rs`).
 //!
 //! The table holds `(A − 1)·cos²θ` at the nodes of a grid of directions (`grid.rs`), on planes over λ' and, for several
 //! sizes, on slabs over λ" (`sizes.rs`).
@@ -195,8 +196,8 @@ impl<'a> BodyIntegral<'a> {
                 // Surplus lanes repeat the last part with a fraction of zero.
                 let at = |lane: usize| &parts[Ord::min(lane, parts.len() - 1)];
                 let fraction = Lanes::pack(|lane| parts.get(lane).map_or(0.0, |part| part.fraction));
-                // Direction of the outgoing wave vector `turn·λ'f − Ki`. `turn` is −1 where S is read at the opposite
-                // frequency, else 1; `passage.tangential` is `turn·Ki`.
+                // Direction of the outgoing wave vector `turn·λ'f − Ki`. `turn` is the sign of w (`Passage::turn`); S
+                // of a negative w is that of −w at the opposite frequency. `passage.tangential` is `turn·Ki`.
                 let [x, y] = [0, 1].map(|axis| {
                     let outgoing = Lanes::pack(|lane| 1e-3 * nm * at(lane).f[axis]) - passage.tangential[axis];
                     outgoing * passage.turn * lit(1.0 / length)

@@ -42,7 +42,7 @@ impl<N: Numbers> Channels<N> {
     /// to the table. `sides_below` is 1 if the same orders exist below the relief, as at a film, and else 0.
     #[inline(always)]
     pub(super) fn of_cell(position: &CellPosition<N>, cell: N::Index, sides_below: f64) -> Self {
-        // Orders −⌊t + a⌋ to ⌊t − a⌋ propagate (`CellPosition`).
+        // Orders −⌊t + a⌋ to ⌊t − a⌋ propagate; `position.incident` is ⌊t + a⌋, `position.cell` their number minus 1.
         let orders = position.cell + N::Double::lit(1.0);
         let first = -position.incident;
         Self::new(position, cell, [orders, orders * N::Double::lit(sides_below)], [first, first], None)

@@ -14,8 +14,9 @@
 //! both in units of σ is `b_m = v·m/(d·ρ·σ)`, so that `|νq − f_m|²/σ² = b_m² + (ν − ν_m)²/τ²`. The few orders with
 //! `ν_m` in or near the visible range contribute. `W(ν_m, τ) = ∫ weight(1/ν) exp(−(ν − ν_m)²/2τ²) dν` is tabulated
 //! (`colour_tables.rs`). Order 0 has ν_m = 0 and no wavelength of its own; the colour of its efficiency is tabulated
-//! over directions. Further symbols are those of `mod.rs`, but q is a vector here. In a medium of index n below,
-//! tangential parts enter q times n, and light that leaves there has f_r times n² (`lobe.rs`).
+//! over directions. Further symbols are those of `mod.rs`, but q is a vector here. A *channel* is an order on one side
+//! of the relief. In a medium of index n below, tangential parts enter q times n, and light that leaves there has f_r
+//! times n² (`lobe.rs`). `REACH` counts standard deviations; `TAU` is 2π.
 //!
 //! The WGSL twin is `src/methods/grating.wgsl`.
 
@@ -41,9 +42,9 @@ const ORDER_ZERO_NM: f64 = 1e3 * TYPICAL_WAVELENGTH_UM;
 
 /// One order on the line of a pair of directions.
 struct OrderColour<'a, N: Numbers> {
-    /// Channels at the incident wave.
+    /// All channels for the incident wave.
     channels: &'a Channels<N>,
-    /// Channels of incident and outgoing light.
+    /// Indices of the channels of incident and outgoing light.
     pair: [N::Index; 2],
     /// Wavelength `1/ν_m` in nm, clipped to the visible range.
     nm: N::Real,
@@ -59,7 +60,7 @@ pub struct GratingColourLobe<N: Numbers> {
     pub layout: GratingLayout,
     /// Layout of the colour tables.
     pub tables: ColourTables,
-    /// Treatment of negative channels.
+    /// Treatment of negative components of linear sRGB.
     pub gamut: Gamut,
     /// Table data of the efficiencies, then of the colour tables.
     pub words: [N::Words; 2],
@@ -238,6 +239,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         let both_below = from_below & to_below;
         let per_index = N::Real::select(both_below, real(1.0 / self.layout.efficiencies.eta_below()), one);
         let [x, y] = [x * per_index, y * per_index];
+        // The moved direction's projection onto the xz plane: squares of its length and of its cosine to the normal.
         let squared_length = (one - y * y).max(zero);
         let squared_cosine = (one - x * x / squared_length.max(real(DIVISOR_MIN))).max(zero);
         let colour =
@@ -251,7 +253,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         let of_transmission = N::Real::select(is_trapped, zero, one);
         let both_above = !(from_below | to_below);
         let factor = N::Real::select(both_below, flat, N::Real::select(both_above, one, of_transmission));
-        colour.map(|channel| channel * factor)
+        colour.map(|component| component * factor)
     }
 
     /// Position among the tables of order 0 of the [`OrderZero`] from wi to wo, whose half difference has the component
@@ -291,8 +293,9 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
     }
 
     /// Density of `draw` in 1/sr: `wo.z · Σ_m (weight_m/total) · mean over P of ∫ ν² P(ν) K(νq − f_m) dν`. P are the
-    /// `PROPOSED` Gaussians over ν. ν² is the Jacobian from frequencies to direction cosines, and wo.z that to solid
-    /// angles. Twice as large at a body that transmits, and times n² in a medium of index n.
+    /// `PROPOSED` Gaussians over ν, and `weight_m` the tabulated weights from which `draw` selects an order. ν² is the
+    /// Jacobian from frequencies to direction cosines, and wo.z that to solid angles. The result is doubled at a body
+    /// that transmits, and times n² in a medium of index n.
     #[inline(always)]
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));

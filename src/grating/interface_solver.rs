@@ -68,7 +68,7 @@ impl InterfaceCell {
         if number < above { above - 1 - number } else { above + (above + below - 1 - number) }
     }
 
-    /// t, or tm in a cell of the medium, and Bloch phase b at the fractional parts p and q.
+    /// t, or tm in a cell of the medium, and Bloch phase b at the fractional parts p of `t − a` and q of `t + a`.
     pub(super) fn wave(self, fractions: [f64; 2]) -> (f64, f64) {
         let (t, b) = wave_at(self.index, fractions);
         // In cell −1, t is negative where p + q < 1. Efficiencies are functions of ky², which is the same at −t.
@@ -96,11 +96,12 @@ impl InterfaceSolver<'_> {
         let period_nm = 1e3 * self.meshes.period_um();
         // tm = (d/λ)·√(n² − ky²/k²) at ky = k.
         let critical_nm = (self.eta * self.eta - 1.0).sqrt() * period_nm / tm;
-        // The medium's matrices at given tm and b, on the mesh without doublings; they do not depend on the wavelength.
+        // The medium's matrices at given tm and b do not depend on the wavelength. The mesh after 0 doublings of its
+        // nodes nearly always suffices.
         let below_first = self.meshes.after(0)?.below(tm, b)?;
         let solve = |&nm: &f64| {
             let nm = nm.min(BELOW_CRITICAL * critical_nm);
-            // Cosine of incidence in the medium, √(1 − ky²/(nk)²).
+            // Cosine of incidence in the medium with kx = 0, √(1 − ky²/(nk)²).
             let largest_cosine = tm * nm / (self.eta * period_nm);
             solve_balanced(self.meshes, (tm, b, nm), largest_cosine, |doublings| {
                 let mesh = self.meshes.after(doublings)?;

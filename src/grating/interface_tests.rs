@@ -14,7 +14,7 @@ use std::sync::LazyLock;
 const PERIOD_UM: f64 = 0.6;
 /// Refractive index of the medium below the relief.
 const ETA: f64 = 1.5;
-/// Coherence length: four standard deviations of the window.
+/// Coherence length: four standard deviations of the coherence window.
 const COHERENCE_UM: f64 = 40.0;
 /// Sides from which light arrives and to which it leaves.
 const SIDES: [Side; 2] = [Side::Above, Side::Below];
@@ -24,7 +24,7 @@ fn profile() -> Profile {
     Profile::sinusoid(PERIOD_UM, 0.12).unwrap()
 }
 
-/// The tables of a profile on the interface, with the build limit 1.
+/// The tables of a profile on the interface, within the default limits of memory and time (`build_limit` 1).
 fn tabulated(profile: &Profile) -> GratingSurface {
     GratingSurface::of_body(profile, GratingBody::Interface(ETA), COHERENCE_UM, 1.0, &Progress::none()).unwrap()
 }
@@ -60,7 +60,7 @@ fn order(wi: Vec3, m: i32, side: Side, nm: f64) -> Option<Vec3> {
 #[test]
 fn reported_error_of_an_interface_is_below_the_accepted() {
     let report = SURFACE.report();
-    // 0.004 is chosen. An RMS near 0 would mean that nothing was compared.
+    // Error of efficiencies at random incidences. 0.004 is chosen; an RMS near 0 would mean no comparison.
     assert!(report.rms < 0.004 && report.rms > 1e-5, "{report:?}");
 }
 
@@ -68,7 +68,8 @@ fn reported_error_of_an_interface_is_below_the_accepted() {
 fn interface_values_match_the_solver() {
     // `f_r` at the centre of an order of efficiency 1, without the factor n² of the outgoing side.
     let peak = |nm: f64| 1.0 / (TAU * (SURFACE.layout().sigma_per_um * nm * 1e-3).powi(2));
-    let exact = ExactGrating::of_body(profile(), TransparentBody::new(ETA, false, COHERENCE_UM), COHERENCE_UM);
+    let interface = TransparentBody::new(ETA, /* is_film */ false, COHERENCE_UM);
+    let exact = ExactGrating::of_body(profile(), interface, COHERENCE_UM);
     let mut random = Pcg64Mcg::seed_from_u64(5);
     let (mut squares, mut count) = (0.0, 0);
     for i in 0..40 {
@@ -126,7 +127,7 @@ fn shallow_interfaces_refract_by_fresnels_equations() {
                 let found = [Side::Above, Side::Below].map(|to| flat.efficiency_between(550.0, [x, y], 0, [from, to]));
                 let expected = transmitted((1.0_f64 - sine * sine).sqrt(), n);
                 let [reflected, through] = if from == Side::Above { found } else { [found[1], found[0]] };
-                // Total reflection begins with a root, at a sine of 0.667.
+                // From below, the transmittance falls to 0 like a square root at a sine of 0.667, the critical angle.
                 assert!((through - expected).abs() < 0.02, "{from:?} {x} {y}: {through} {expected}");
                 assert!((reflected - 1.0 + expected).abs() < 0.02, "{from:?} {x} {y}: {reflected} {expected}");
             }
@@ -163,7 +164,7 @@ fn colours_of_interfaces_match_the_sum_over_wavelengths() {
         for [x, y] in [[0.0, 0.0], [0.4, 0.1], [-0.3, 0.6], [0.1, 0.85]] {
             let wi = on_side(from, [x, y]).unwrap();
             for step in 0..120 {
-                // Along the plane of the orders, and close to it.
+                // In and beside the cone of the orders, where `wo_y` is that of order 0.
                 let wo_x = -1.0 + f64::from(step) / 60.0;
                 let wo_y = -index(from) * wi[1] / index(to) + 0.002 * f64::from(step % 5);
                 let Some(wo) = on_side(to, [wo_x, wo_y]) else { continue };

@@ -102,9 +102,9 @@ fn cell_count(period_um: f64, wavelength_nm: f64) -> usize {
     (2e3 * period_um / wavelength_nm) as usize + 1
 }
 
-/// Wavelengths of a table in nm, ascending, and the number of cells at each. `step_nm` is the largest step; without it
-/// there are two wavelengths, the ends of the range. A wavelength has as many cells as the next shorter one, since
-/// look-ups interpolate between both.
+/// Wavelengths of a table in nm, ascending, and the number of cells at each. `step_nm` is the largest step. A perfect
+/// conductor has none, and two wavelengths, the ends of the range. A wavelength has as many cells as the next shorter
+/// one, since look-ups interpolate between both.
 pub(super) fn table_wavelengths(period_um: f64, step_nm: Option<f64>) -> (Vec<f64>, Vec<usize>) {
     let range = WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM;
     let steps = step_nm.map_or(1.0, |step| (range / step).ceil());
@@ -119,7 +119,7 @@ pub(super) fn wavelengths_with_cell(cell: usize, cell_counts: &[usize]) -> usize
     cell_counts.iter().rposition(|&count| cell < count).map_or(0, |last| last + 1)
 }
 
-/// All wavelengths in nm that are solved in at least one cell, ascending; without a `spacing`, the ends of the range.
+/// All wavelengths in nm that are solved in at least one cell, ascending; without `spacing`, the ends of the range.
 pub(super) fn all_solved(period_um: f64, spacing: Option<Spacing>) -> Vec<f64> {
     let (nm, cell_counts) = table_wavelengths(period_um, spacing.map(|spacing| spacing.step_nm));
     let every = spacing.map_or(1, |spacing| spacing.solved_every);
@@ -128,8 +128,8 @@ pub(super) fn all_solved(period_um: f64, spacing: Option<Spacing>) -> Vec<f64> {
     solved.into_iter().map(|j| nm[j]).collect()
 }
 
-/// Indices of the solved wavelengths among the first `count` of a table: those in steps of `every` from the first on,
-/// and the last.
+/// Indices of the solved wavelengths among the first `count` ≥ 1 of a table: those in steps of `every` from the first
+/// on, and the last.
 pub(super) fn solved_indices(count: usize, every: usize) -> Vec<usize> {
     let last = count.saturating_sub(1);
     (0..last).step_by(every).chain([last]).collect()
@@ -147,7 +147,7 @@ pub(super) fn at_all_wavelengths(solved_at: &[usize], solved: Vec<Vec<f64>>) -> 
     let used = solved.len().min(4);
     (0..count)
         .map(|j| {
-            // The first solved wavelength at or above j; two of the four lie below it where there are as many.
+            // The first solved wavelength at or above j; two of the four lie below it where two exist.
             let above = solved_at.partition_point(|&at| at < j);
             let first = above.saturating_sub(2).min(solved.len() - used);
             let nodes = &abscissas[first..first + used];

@@ -40,7 +40,7 @@ fn bessel_j(argument: f32, count: u32, values: ptr<private, array<f32, TERMS_MAX
     }
     (*values)[0] = here;
     let scale = 1.0 / (here + 2.0 * evens);
-    // Rounding the end up to a multiple of 4 scales zeros.
+    // The last iteration may also scale zeros beyond the start.
     for (var k = 0u; k < min(count, start + 1u); k += 4u) {
         (*values)[k] *= scale;
         (*values)[k + 1u] *= scale;

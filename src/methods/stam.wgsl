@@ -5,7 +5,7 @@
 // has the wavelength λ_n = d|u|/n, and the colour is
 //     rgb = Σ_n density(λ_n)·d/n · 1/(2·ORDERS) · 1/V_RANGE,   n = 1 to ORDERS.
 // The factors of a term are, in this order, the colour weights per µm (`colour_density` in colours.wgsl), the line
-// δ(u/λ - n/d) integrated over wavelengths, the fraction of an order, and the density over v.
+// δ(u/λ - n/d)/λ integrated over wavelengths, the fraction of an order, and the density over v.
 
 // Number of orders on each side of order 0. A test compares this file's constants with those in Rust.
 const ORDERS: u32 = 8u;

@@ -62,7 +62,8 @@ impl<N: Numbers> Passage<N> {
         let one = lit(1.0);
         let is_reflected = (wi.is_below & to_below) | (!wi.is_below & !to_below);
         let turn = N::Real::select(wi.is_below | to_below, -one, one);
-        // Typical |w|: in transmission that of the refracted direction, in reflection that of the mirror direction.
+        // Typical |w|: in transmission that of the refracted direction, whose normal component is `other_normal`; in
+        // reflection that of the mirror direction.
         let refracted = (wi.other_normal - wi.normal).abs();
         let reflected = wi.normal + wi.normal;
         Self {

@@ -12,8 +12,8 @@
 //!
 //! S depends on the model of coherence ([`Model`]):
 //!
-//! - *ensemble*: `S(f; κ) = norm · Σ_j e_j · P_j(κ)`,
-//! - *patch*: `S(f; κ) = norm · |Σ_j e_j · D_j(κ)|²`.
+//! - *ensemble*, the mean over all positions of the coherence window: `S(f; κ) = norm · Σ_j e_j · P_j(κ)`,
+//! - *patch*, one fixed window: `S(f; κ) = norm · |Σ_j e_j · D_j(κ)|²`.
 //!
 //! Over κ each node is a cubic B-spline of a scaled quantity that stays finite as κ → 0 ([`SpectralTable`]). This keeps
 //! the relative error small at grazing angles, where the reflectance divides by w².

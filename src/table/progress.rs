@@ -56,7 +56,7 @@ impl Progress {
         Self { listener: self.listener.clone(), from: self.of_whole(from), to: self.of_whole(to) }
     }
 
-    /// Both halves of this progress, for two tasks of unknown ratio.
+    /// Both halves of this progress, for two tasks whose shares of the time are unknown.
     pub fn halves(&self) -> (Self, Self) {
         (self.part(0.0, 0.5), self.part(0.5, 1.0))
     }
@@ -83,7 +83,6 @@ impl Progress {
 #[derive(Debug)]
 pub struct Steps {
     progress: Progress,
-    /// Number of steps.
     steps: usize,
     /// Number of steps that are done.
     done: AtomicUsize,

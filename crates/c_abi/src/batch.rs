@@ -1,7 +1,7 @@
 //! Batches of evaluations, densities and samples.
 //!
-//! A batch has `count` items. Item i of each argument is a group of floats at `data + i·stride` (`foreign.rs`): a
-//! direction has three, the wavelengths and the values at them `wavelength_count`, a density one. Directions are unit
+//! A batch has `count` items. Item i of each array is a group of floats at `data + i·stride`, in floats (`foreign.rs`):
+//! a direction has three, the wavelengths and the values at them `wavelength_count`, a density one. Directions are unit
 //! vectors away from the surface, z along its normal. Wavelengths are in nm, `f` and densities in 1/sr.
 //!
 //! A bad item has a direction that is no unit vector, a wavelength out of range, or a random number out of range. Its

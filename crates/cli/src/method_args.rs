@@ -16,7 +16,8 @@ pub enum Method {
     Exact,
     /// The spectral tables; on the GPU, the colour table.
     Table,
-    /// A method that computes colours in single precision: a published one, or the colour table.
+    /// A method of `sunbeam::methods`, in single precision: a published one, which also has values by wavelength, or
+    /// the colour table.
     Colour(MethodKind),
 }
 
@@ -187,7 +188,7 @@ impl MethodArgs {
             (Method::Colour(kind), _) => kind.options(),
         };
         let has_effect = |field: &str| {
-            // A spectrum is computed at the command's wavelengths, so that steps and weights between them do not count.
+            // A spectrum is computed at the command's wavelengths, without steps and weights of wavelengths.
             let for_colours_only = ["lambda_step_nm", "weighted"].contains(&field);
             let for_gems_only = field.starts_with("gems_");
             fields.contains(&field)

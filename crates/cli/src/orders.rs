@@ -18,7 +18,6 @@ use solve::{Incidence, SolvedOrders};
 use std::error::Error;
 use std::io::Write;
 use std::ops::RangeInclusive;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use sunbeam::config::{BuildError, SurfaceConfig};
 use sunbeam::scattering::Transmission;
 
@@ -164,10 +163,10 @@ fn run_along_curve(args: &OrdersArgs, over: Over, range: Range) -> Outcome {
         SolvedOrders::check(config, incidence)?;
     }
     let points = with_bar("solving", |progress| {
-        let done = AtomicUsize::new(0);
+        let steps = progress.of_steps(range.count);
         let solve = |(i, (config, incidence)): (usize, &(SurfaceConfig, Incidence))| {
             let solved = SolvedOrders::new(config, incidence)?;
-            progress.report((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / range.count as f64);
+            steps.one();
             Ok(Point { at: range.value(i), solved })
         };
         problems.par_iter().enumerate().map(solve).collect::<Result<Vec<_>, BuildError>>()
@@ -233,8 +232,8 @@ fn print_table(solved: &SolvedOrders, transmission: Transmission) -> Outcome {
     let mut out = std::io::stdout().lock();
     let percent =
         |fraction: Option<f64>| fraction.map_or("–".to_owned(), |fraction| format!("{:.3}", 100.0 * fraction));
-    // Titles of the column of the side and of the line of the remaining light; an empty title omits its column or line.
-    // At an interface no light remains. The remaining light is the field `absorbed`, whose name is that in the JSON.
+    // Titles of the column of sides and of the line for the rest of the light; an empty title omits its column or line.
+    // At an interface there is no rest. Elsewhere `absorbed` holds it, under its name in the JSON, if it is known.
     let (side_title, rest_title) = match transmission {
         Transmission::None => ("", "absorbed or transmitted"),
         Transmission::Film => ("side", "left inside the film"),

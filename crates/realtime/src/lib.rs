@@ -7,10 +7,10 @@
 //! the camera and the sun of a [`View`], in four stages:
 //!
 //! 1. *raster* finds the triangle at each pixel. Nothing is interpolated.
-//! 2. *locate* computes the point of the triangle on the pixel's ray, the shading frame there, the directions in this
-//!    frame, and the visibility of the sun. A depth map from the sun decides the visibility for nearly every pixel, and
-//!    a ray through a tree of boxes for the others. The shading frame has the conventions of Mitsuba 3, so pictures
-//!    agree pixel by pixel.
+//! 2. *locate* computes the point of the triangle on the pixel's ray, the shading frame and the directions there, and
+//!    the visibility of the sun. A depth map from the sun decides the visibility for nearly every pixel, and a ray
+//!    through a tree of boxes for the others. The shading frame has the conventions of Mitsuba 3, so pictures agree
+//!    pixel by pixel.
 //! 3. *shade* computes the reflectance by the method, for sunlit samples of the mesh only, in submissions of bounded
 //!    time.
 //! 4. *resolve* computes the radiance of these samples with the pigment, and adds it to the mean over the samples of a
@@ -24,9 +24,9 @@
 //! Calls that wait for the GPU are futures, because the event loop of a browser must not block. On other platforms most
 //! of them have a blocking form without `_async` in its name.
 //!
-//! `wi` is the direction to the light and `wo` the direction to the viewer, both in the grating's frame: z is the
-//! normal, and x the relief's x axis. Radiance is linear sRGB, not clamped. A white diffuse plane that faces the sun
-//! has the radiance 1.
+//! `wi` is the direction to the light and `wo` the direction to the viewer, both in the grating's frame. This is the
+//! shading frame rotated about the normal z, so that x is the relief's x axis. Radiance is linear sRGB, not clamped. A
+//! white diffuse plane that faces the sun has the radiance 1.
 //!
 //! ```no_run
 //! use sunbeam::Preset;

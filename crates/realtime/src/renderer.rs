@@ -2,9 +2,9 @@
 //! draws one sample of every pixel.
 //!
 //! If the sun has moved, the sun's depth map (sunlight.rs) is drawn before the first sample. The locate stage writes a
-//! *query* for each pixel: its visible point with the directions to sun and viewer (layout.rs). It chooses the queries
-//! of sunlit points of the mesh, for the next two stages. Their number, `chosen`, is read back, because it sizes the
-//! dispatches of these stages.
+//! *query* for each pixel: its visible point with the directions to sun and viewer (layout.rs). It adds the ground's
+//! radiance to the picture, which the first sample clears. It chooses the queries of sunlit points of the mesh, for the
+//! next two stages. Their number, `chosen`, is read back, because it sizes the dispatches of these stages.
 
 use super::clock::Clock;
 use super::layout::FrameUniform;
@@ -19,7 +19,7 @@ use bytemuck::Zeroable;
 /// Times in ms of the stages of a picture, measured by the GPU or, without [`Gpu::has_timestamps`], by the wall clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct StageTimes {
-    /// Drawing the triangle of each pixel, and the sun's depth map if the sun has moved.
+    /// Finding the triangle at each pixel, and drawing the sun's depth map if the sun has moved.
     pub raster: f64,
     /// Computing shading frames, directions and the visibility of the sun.
     pub locate: f64,

@@ -4,9 +4,9 @@ use crate::Error;
 use num_complex::Complex64;
 use std::ops::RangeInclusive;
 
-/// Accepted magnitudes of the index n. At smaller ones κm² = k²n² − ky² (`lib.rs`) nearly vanishes where ky = 0. The
-/// response of the medium is singular at κm² = 0. At larger magnitudes the nodes along the relief's cross-section do
-/// not resolve the skin depth.
+/// Accepted magnitudes of the index n. At smaller ones the squared wave number across the grooves in the medium, κm²
+/// (`lib.rs`), nearly vanishes for light across the grooves. The response of the medium is singular at κm² = 0. At
+/// larger magnitudes the nodes along the relief's cross-section do not resolve the skin depth.
 const INDEX_RANGE: RangeInclusive<f64> = 1e-3..=100.0;
 
 /// The medium below the relief; above the relief is air, of index 1.
@@ -14,8 +14,8 @@ const INDEX_RANGE: RangeInclusive<f64> = 1e-3..=100.0;
 pub enum Medium {
     /// A perfect conductor.
     Perfect,
-    /// A metal or dielectric of refractive index `eta + i·k`, k ≥ 0, for fields that vary in time as e^{−iωt}. Only
-    /// [`Medium::index`] checks its range.
+    /// A metal or dielectric of refractive index `eta + i·k`, k ≥ 0, for fields that vary in time as e^{−iωt}.
+    /// [`Medium::index`] checks the range; the variant does not.
     Index(Complex64),
 }
 

@@ -82,8 +82,9 @@ fn main() -> ExitCode {
 /// Runs the form of the command that the arguments select.
 fn run(args: &Args) -> Result<(), Box<dyn Error>> {
     if let Some(list) = &args.examples {
-        // Pictures are optional, so any error of the GPU leaves them out.
-        return examples(open_gpu().ok().as_ref(), list, args.scans.as_deref(), &args.output);
+        // Pictures are optional, so any error of opening the GPU leaves them out.
+        let gpu = open_gpu().inspect_err(|error| eprintln!("page_twin: {error}: the examples get no pictures")).ok();
+        return examples(gpu.as_ref(), list, args.scans.as_deref(), &args.output);
     }
     if args.programs {
         let programs: BTreeMap<_, _> = sunbeam_realtime::every_program()?.into_iter().collect();
@@ -155,15 +156,12 @@ impl<'a> Drawing<'a> {
 }
 
 /// Writes index.json, the files and the pictures of the examples in the file `list` (crates/web/examples.json) into
-/// `folder`. Without a `gpu` there are no pictures, and a line on stderr says so.
+/// `folder`. Without a `gpu` there are no pictures.
 ///
 /// The surface of an example is a preset, unless the example names a file ([`file_contents`]).
 fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path) -> Result<(), Box<dyn Error>> {
     let list: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(list)?)?;
     std::fs::create_dir_all(folder)?;
-    if gpu.is_none() {
-        eprintln!("page_twin: no GPU adapter, not even a software one: the examples get no pictures");
-    }
     let mut index = Vec::new();
     for mut example in list {
         let text = |value: &Value| value.as_str().map(str::to_owned);

@@ -99,14 +99,14 @@ pub(crate) fn show_map(ui: &Ui, area: Rect, map: &BrdfMap, texture: TextureId) {
     painter.circle_stroke(disc.center(), 0.5 * side, Stroke::new(1.0, Color32::GRAY));
     // Position in the map of a direction with the components x and y in the relief's frame; y grows upwards there.
     let at = |x: f32, y: f32| disc.center() + 0.5 * side * vec2(x, -y);
-    // The mirror direction of wi has the opposite x and y.
+    // `wi` points to the sun, `wo` to the viewer. The mirror direction of `wi` has the opposite x and y.
     painter.circle_stroke(at(-map.wi[0], -map.wi[1]), 3.0, Stroke::new(1.0, Color32::WHITE));
     let viewer = at(map.wo[0], map.wo[1]);
     let cross = Stroke::new(1.0, Color32::WHITE);
     for arm in [vec2(CROSS_POINTS, 0.0), vec2(0.0, CROSS_POINTS)] {
         painter.line_segment([viewer - arm, viewer + arm], cross);
     }
-    // The exposure maps the reflectance 1/exposure to white.
+    // The exposure maps a BRDF of 1/exposure to white. `theta` is the angle of incidence.
     let theta = map.wi[2].clamp(-1.0, 1.0).acos().to_degrees();
     let text = format!("θi {theta:.0}°, white at {:.2} /sr", 1.0 / map.exposure);
     let font = egui::FontId::proportional(11.0);

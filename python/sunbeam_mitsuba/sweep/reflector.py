@@ -57,7 +57,7 @@ class Reflector(Protocol):
 
 
 def make_reflector(parameters: Mapping[str, Value]) -> Reflector:
-    """Builds the surface's tables, or reads them from the disk cache. Parameters in ``LIGHT`` are ignored.
+    """Builds the surface's tables, or reads them from the disk cache. The angles of light in ``LIGHT`` are ignored.
 
     Parameters in ``SCENE`` (``material``, ``rotation``, …) need Mitsuba's BSDF; other surfaces use the C interface.
     Raises ``SunbeamError`` or :class:`ReflectorError` where the surface is refused.
@@ -197,7 +197,7 @@ def one_line(error: BaseException) -> str:
 
 
 def with_full_path(parameters: Mapping[str, Value], folder: Path) -> dict[str, Value]:
-    """The parameters with ``filename``, if any, as a path; a relative one is taken from ``folder``."""
+    """The parameters, in which a relative ``filename``, if any, is joined to ``folder``."""
     named = dict(parameters)
     if "filename" in named:
         named["filename"] = str(folder / str(named["filename"]))

@@ -137,10 +137,10 @@ def compute(job: Job, case: Case, held: HeldSurfaces) -> tuple[dict[str, Any], d
     start, tables_before = time.perf_counter(), held.seconds
     prepared = _prepared(job, case)
     errors = [_Error("", prepared.error)] if prepared.error else []
-    # Values by column of the table.
+    # Values by column of the results.
     figures: dict[str, Any] = {}
     pictures: dict[str, bytes] = {}
-    # Small PNGs in base 64 by name.
+    # Small PNGs in base 64 by the title of their column on the contact sheet.
     thumbnails: dict[str, str] = {}
     question = _CaseQuestion(prepared.parameters, held)
     for want in () if errors else job.wants:

@@ -23,12 +23,12 @@ from .solver import Resolution, solve
 
 # Names of the files in `answers/`.
 FILES = ("synthetic", "skins", "convergence")
-# Resolution at which powers on the smooth synthetic relief have converged to their stored digits.
+# Resolution at which powers on the smooth synthetic relief have converged to their stored digits: the largest frequency
+# of harmonics, and the number of Gauss points in the layer on either side of the relief (solver.py).
 SYNTHETIC = Resolution(cutoff_per_um=10.0, nodes=12)
 # Resolution of the answers on skins.
 SKINS = Resolution(cutoff_per_um=8.0, nodes=10)
-# The finest resolution, and those compared with it (cutoff, nodes): fewer harmonics, fewer nodes, and that of the
-# answers.
+# The finest resolution, and those compared with it: three with fewer harmonics, one with fewer nodes, and SKINS.
 FINE = Resolution(cutoff_per_um=11.0, nodes=12)
 COARSER = (Resolution(6.0, 12), Resolution(8.0, 12), Resolution(9.5, 12), Resolution(11.0, 10), SKINS)
 # Light whose powers converge most slowly with the resolution.

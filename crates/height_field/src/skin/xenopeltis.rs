@@ -3,7 +3,7 @@
 //! *Fingers* are the finger-like ridges in which the skin's overlapping cells end; a *layer* is a row of such cells.
 //! `mod.rs` defines the coordinates: t along a layer in layer periods, v and q across the fingers in finger periods.
 //! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
-//! widths in these periods. [`smooth_step`] fades from 0 to 1 between its first two arguments.
+//! widths in these periods. [`smooth_step`] is 0 at its first argument and 1 at its second, which may be the smaller.
 
 use super::{Finger, FingerShape, Lattice, PIXELS, Regions, closed, fingers, stretch};
 use crate::random::{Random, smooth_step};
@@ -75,9 +75,9 @@ fn height_um(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
 }
 
 /// The skin in the orientation of the scan: fingers along +x, layers 1.552 µm apart along x, fingers 0.62 µm apart
-/// along y.
+/// along y. With `regions` the periods alternate between squares of the tile.
 pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, HeightFieldError> {
-    let extent = LAYERS as f64 * LAYER_UM;
+    let extent_um = LAYERS as f64 * LAYER_UM;
     let mut random = Random::new(SEED);
     // Shifts and tips are in the module's periods, widths are factors.
     let table = fingers(LAYERS * FINGERS, &mut random, |random| Finger {
@@ -96,8 +96,8 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
     let mut lattice = Lattice {
         layers: LAYERS,
         fingers: FINGERS,
-        extent_x_um: extent,
-        extent_y_um: extent,
+        extent_x_um: extent_um,
+        extent_y_um: extent_um,
         table,
         // Root mean square displacements in µm. The shortest waves are a sixth and a quarter of the tile.
         warp_x: random.smooth_field(PIXELS, PIXELS, 6) * 0.11,
@@ -105,7 +105,7 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
         layer_shift: (0..LAYERS).map(|layer| displacement(layer, &mut random)).collect(),
     };
     if let Some(regions) = regions {
-        regions.displace(&mut lattice.warp_x, &mut lattice.warp_y, extent);
+        regions.displace(&mut lattice.warp_x, &mut lattice.warp_y, extent_um);
     }
     let mut heights = lattice.relief(height_um);
     add_granules(&mut heights, &lattice, &mut random);
@@ -113,7 +113,7 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
     heights += &(random.smooth_field(PIXELS, PIXELS, 12) * 0.015);
     heights += &(random.blurred_noise(PIXELS, PIXELS, 3, 1) * 0.008);
     stretch(&mut heights, TOP_UM);
-    HeightField::new(heights, extent / PIXELS as f64, extent / PIXELS as f64)
+    HeightField::new(heights, extent_um / PIXELS as f64, extent_um / PIXELS as f64)
 }
 
 /// Adds a granule to some tips and a deep hole to about as many pits. Radii (standard deviations) and heights are in

@@ -1,7 +1,8 @@
 """The interface of wanted figures, and the reader of their options.
 
-A *want* is a group of figures with its options (``[want.NAME]`` of a specification). Each want declares columns of the
-table. For a *question*, which is one case (a surface under a setting), it computes an *answer*: figures and pictures.
+A *want* is a group of figures with its options, the TOML table ``[want.NAME]`` of a specification. Each want declares
+columns of the results. For a *question*, one case (a surface in light from one direction), it computes an *answer*:
+figures and pictures.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ class WantError(ValueError):
 
 @dataclass(frozen=True)
 class Column:
-    """A column of the table."""
+    """A column of the results."""
 
     name: str
     #: A key of ``report.KINDS``.
@@ -90,7 +91,7 @@ class Want(ABC):
     @classmethod
     @abstractmethod
     def read(cls, table: object, folder: Path) -> Want:
-        """Reads the options of ``[want.NAME]``, in which file names are relative to ``folder``.
+        """Reads the TOML table ``[want.NAME]``, in which file names are relative to ``folder``.
 
         Raises :class:`SweepError` for unknown keys and values out of range.
         """
@@ -107,7 +108,7 @@ class Want(ABC):
     def compute(self, question: Question) -> Answer:
         """Computes the figures of a case.
 
-        Raises :class:`WantError`, ``SunbeamError``, ``CommandError`` or ``ReflectorError`` with one line.
+        Raises :class:`WantError`, ``SunbeamError``, ``CommandError`` or ``ReflectorError`` with a message of one line.
         """
 
     def check_parameters(self, names: set[str], values: Mapping[str, set[Value]]) -> None:
@@ -131,7 +132,7 @@ class Options:
     """
 
     def __init__(self, name: str, table: object, accepted: list[str]):
-        """Raises :class:`SweepError` for keys of ``table`` that are not ``accepted``."""
+        """Raises :class:`SweepError` for keys of the TOML table that are not ``accepted``."""
         self.where = f"want.{name}"
         self.table = check_keys(self.where, table, accepted)
 
