@@ -32,7 +32,7 @@ pub(super) fn pack(rgb: [f32; 3], offset: u32) -> u32 {
     r | g << MANTISSA_BITS | b << (2 * MANTISSA_BITS) | stored << (3 * MANTISSA_BITS)
 }
 
-/// Inverse of [`pack`], up to rounding.
+/// Inverse of [`pack`], up to rounding. Look-ups decode words themselves (`lookup.rs`).
 #[cfg(test)]
 fn unpack(word: u32, offset: u32) -> [f32; 3] {
     let scale = power_of_two(word >> (3 * MANTISSA_BITS), offset);
