@@ -124,6 +124,7 @@
  *     lobe.h             the diffracted lobe, evaluated in Rust
  *     cover.h            a clear layer over the relief
  *     interface.h        Fresnel and small-slope factors, and their Mueller matrices
+ *     rotation.h         rotation of the relief about the normal
  *     texture_range.h    smallest and largest value of a texture
  *     spectral_ends.h    eta and k beyond the ends of their spectra
  *     parameters.cpp     checks of Mitsuba's properties, and their conversion to the JSON that Rust reads

@@ -157,7 +157,7 @@ private:
             return m_surface->evaluate(part, by_value(wi), by_value(wo), by_value(wavelengths), by_value(size));
     }
 
-    /// Matrix elements: number `4 (4 row + column) + wavelength`. In mono variants the four wavelengths are equal.
+    /// Matrix elements: number `4 (4 row + column) + wavelength`. In mono variants all four are the luminance's.
     auto evaluate_matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths,
                          [[maybe_unused]] const Mask &active) const {
         if constexpr (Traces)

@@ -8,7 +8,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 # Space around and between the pictures.
 MARGIN = 10
-# Height of the letters of captions.
+# Size of the default font.
 FONT_SIZE = 15
 # Height of the space for a caption of one line.
 CAPTION_HEIGHT = 26

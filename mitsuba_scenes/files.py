@@ -83,7 +83,7 @@ def xml_text(state: mi.parser.ParserState) -> str:
 
 
 def export(scene: dict, path: Path) -> Path:
-    """Writes the scene as XML to `path`, with its textures beside it, and returns the path.
+    """Writes the scene as XML to `path`, with its files beside it, and returns the path.
 
     `width`, `height` and `spp` are defaults that the command `mitsuba` can replace.
     """

@@ -34,7 +34,7 @@ class View:
         """The camera as a dictionary, with a film of linear sRGB and `spp` samples a pixel.
 
         The `multijitter` sampler stratifies wavelengths, which divides colour noise by 4 at 64 samples a pixel. It
-        requires a square number of samples.
+        may round up numbers of samples that are not square.
         """
         return {
             "type": "perspective",

@@ -1,4 +1,4 @@
-"""The path-traced snake in the checked variant of Mitsuba, compared with a reference variant.
+"""The path-traced snake in each variant of Mitsuba under test, compared with a reference variant.
 
 Each variant renders the same scene several times with different seeds. The means of the two sets of pictures may
 differ by a few of their standard errors. The plan (plan.py) names the kinds of variants, such as `rgb`; variants.py

@@ -100,8 +100,8 @@ def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
     result has
 
     - `period_um`: the dominant period d along x;
-    - `line_nm`: λd/(2√2πs) at CHECKED_NM. It is the width of order 1 over the wavelength in one direction, as a
-      standard deviation; sines become wavelengths by the factor d;
+    - `line_nm`: λd/(2√2πs) at CHECKED_NM, the standard deviation in wavelength of order 1 in one direction. Sines
+      become wavelengths by the factor d;
     - `delta_e`: the errors by step in nm;
     - `first_seen`: the smallest step with a visible error, or `None`.
     """

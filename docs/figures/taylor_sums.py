@@ -107,16 +107,16 @@ def sums(surface: Surface) -> Sums:
     # κh of the highest point in each direction, with cosθo = √(1 − x² − y²).
     kappa_top = 2 * pi * (1 + np.sqrt(1 - x * x - y * y)) / WAVELENGTH_UM * top_um
     orders, window = neighbours(surface, x, y)
-    # Term n is coefficient · F{power} with coefficient = (i kappa_top)ⁿ/n! and power = (h/top)ⁿ.
+    # Term n is coefficient · F{height_power} with coefficient = (i kappa_top)ⁿ/n! and height_power = (h/top)ⁿ.
     terms = np.zeros((count, len(x)), complex)
-    coefficient, power = np.ones(len(x), complex), np.ones_like(heights_um)
+    coefficient, height_power = np.ones(len(x), complex), np.ones_like(heights_um)
     for n in range(count):
         # `ifft2` has the model's sign of the exponent and divides by the number of pixels.
-        transform = np.fft.ifft2(power)
+        transform = np.fft.ifft2(height_power)
         # The sum over the orders about each direction.
         terms[n] = coefficient * (transform[orders] * window).sum(axis=0)
         coefficient *= 1j * kappa_top / (n + 1)
-        power *= heights_um / top_um
+        height_power *= heights_um / top_um
     # Each part keeps the rows of its own terms; the others are zero.
     parts = [np.where(np.arange(count)[:, None] % 4 == part, terms, 0) for part in range(4)]
     limits = np.full((5, SIZE * SIZE), np.nan, complex)

@@ -75,14 +75,17 @@ def relief_of_array(heights_um: ArrayLike, pixel_um: float | tuple[float, float]
     """Converts an array ``[iy, ix]`` of heights in µm; masked points become holes.
 
     ``pixel_um`` is the edge of a pixel in µm, or a pair of edges along x and y. Raises :class:`SunbeamError` for
-    another number of axes, for complex numbers, and where ``pixel_um`` is missing.
+    another number of axes, for complex numbers, and where ``pixel_um`` is missing or malformed.
     """
     if np.iscomplexobj(heights_um):
         raise SunbeamError("heights_um holds complex numbers; give real heights in µm")
     heights = np.ma.filled(np.ma.asarray(heights_um, dtype=np.float64), np.nan)
     if heights.ndim != 2 or pixel_um is None:
         raise SunbeamError(f"heights_um has the shape {heights.shape}; it must be [iy, ix], with pixel_um given")
-    dx, dy = np.broadcast_to(np.asarray(pixel_um, dtype=float), 2)
+    try:
+        dx, dy = np.broadcast_to(np.asarray(pixel_um, dtype=float), 2)
+    except (TypeError, ValueError) as error:
+        raise SunbeamError(f"pixel_um is {pixel_um!r}; it must be a pixel's edge in µm, or a pair of edges") from error
     return Relief(heights, (float(dx), float(dy)))
 
 

@@ -21,8 +21,8 @@ pub(super) fn exponent_offset(table_largest: f32) -> u32 {
     (exponent(table_largest) + BIAS - STORED_EXPONENT_MAX).clamp(1, 200) as u32
 }
 
-/// Packs linear sRGB with the table's exponent `offset`. The error is at most 0.4 % of the largest channel or 2⁻³⁸ of
-/// the table's largest value, whichever is more. Channels below 2⁻³¹/510 of the table's largest value become 0.
+/// Packs linear sRGB with the table's exponent `offset`. The error is at most 0.4 % of the largest channel, or of 2⁻³¹
+/// times the table's largest value if that is more. Channels below 2⁻³¹/510 of the table's largest value become 0.
 pub(super) fn pack(rgb: [f32; 3], offset: u32) -> u32 {
     let largest = rgb.iter().fold(0f32, |a, b| a.max(b.abs()));
     let stored = (exponent(largest) + BIAS - offset as i32).clamp(0, STORED_EXPONENT_MAX) as u32;
@@ -32,7 +32,7 @@ pub(super) fn pack(rgb: [f32; 3], offset: u32) -> u32 {
     r | g << MANTISSA_BITS | b << (2 * MANTISSA_BITS) | stored << (3 * MANTISSA_BITS)
 }
 
-/// Inverse of [`pack`], up to rounding.
+/// Inverse of [`pack`], up to rounding. Look-ups decode words themselves (`lookup.rs`).
 #[cfg(test)]
 fn unpack(word: u32, offset: u32) -> [f32; 3] {
     let scale = power_of_two(word >> (3 * MANTISSA_BITS), offset);

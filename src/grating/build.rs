@@ -24,7 +24,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Numbers of nodes of a table.
+/// Resolution of a table, and of the solution behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TableResolution {
     /// Nodes of the table along either side of a cell.

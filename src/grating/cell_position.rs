@@ -17,8 +17,8 @@ use crate::numeric::{Number, Numbers, Real};
 pub(super) struct CellPosition<N: Numbers> {
     /// Index s of the cell: the number of propagating orders minus one. It is −1 where no order propagates.
     pub cell: N::Double,
-    /// Order number of order 0, whose wave number along x is that of the incident wave: its place among the propagating
-    /// orders. It is within 0 to s where the incident wave propagates.
+    /// *Order number*, the place among the propagating orders by ascending m, of m = 0. That order has the wave number
+    /// of the incident wave along x. From 0 to s where the incident wave propagates.
     pub incident: N::Double,
     /// [`node_coordinate`] of p and of q, in [0, 1].
     pub coordinates: [N::Real; 2],
@@ -61,13 +61,13 @@ pub(super) fn fraction_at(coordinate: f64) -> f64 {
     low / (low + high)
 }
 
-/// Order number ⌈cell/2⌉ of order 0 at the waves that [`wave_at`] returns.
+/// Order number ⌈cell/2⌉ of m = 0 at the waves that [`wave_at`] returns.
 pub(super) fn middle_order(cell: i32) -> i32 {
     cell - cell.div_euclid(2)
 }
 
 /// `(t, a)` of a point of a cell with the fractional parts p and q. Several values of `a` that differ by integers
-/// belong to this point; the one returned gives order 0 the order number [`middle_order`]. In cell −1, points with
+/// belong to this point; the one returned gives m = 0 the order number [`middle_order`]. In cell −1, points with
 /// `p + q < 1` have a negative t.
 pub(super) fn wave_at(cell: i32, [p, q]: [f64; 2]) -> (f64, f64) {
     // t − a and t + a.

@@ -25,8 +25,8 @@ pub(super) struct EfficiencyView<N: Numbers> {
     pub words: N::Words,
 }
 
-/// Bounds of the wave numbers `a + m` of propagating orders along x, in units of 2π/d: `t = (d/λ)·√(1 − ky²/k²)` in the
-/// air and `tm = (d/λ)·√(n² − ky²/k²)` in a medium of index n.
+/// Bounds of `|a + m|`, the wave number of a propagating order m along x in units of 2π/d, where a is the incident
+/// wave's. They are `t = (d/λ)·√(1 − ky²/k²)` in the air and `tm = (d/λ)·√(n² − ky²/k²)` in a medium of index n.
 pub(super) struct Bounds<N: Numbers> {
     /// Bound over which the wave's cells are defined: t in the air, tm where light is totally reflected.
     of_cells: N::Double,
@@ -39,7 +39,7 @@ pub(super) struct Bounds<N: Numbers> {
 pub(super) struct Node<N: Numbers> {
     /// Offset of the node's cell as stored in the table: in halves of words for efficiencies, in packets for matrices.
     pub cell_offset: N::Index,
-    /// Position of the node within the cell: `node of p · nodes + node of q`.
+    /// Position of the node within the cell: `index along p · nodes + index along q`.
     pub number: N::Index,
 }
 
@@ -146,7 +146,7 @@ impl<N: Numbers> EfficiencyView<N> {
             let sides_below = if self.layout.transmits() { 1.0 } else { 0.0 };
             return Channels::of_cell(&position, cell_among(position.cell, cells), sides_below);
         };
-        // Cells of the air come first, from cell −1 on, in which no order propagates in the air.
+        // Cells of the air come first. They begin with cell −1, in which no order propagates in the air.
         let in_air = cell_among(position.cell + double(1.0), air_cells);
         let in_medium = cell_among(position.cell, cells - air_cells) + N::Index::lit(air_cells);
         let cell = N::Index::select(is_trapped, in_medium, in_air);

@@ -48,6 +48,7 @@ impl<N: Numbers, T: InColour<N>> Lobe<N, LinearSrgb> for T {
 
     #[inline(always)]
     fn sample(&self, wi: [N::Real; 3], _: LinearSrgb, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+        // The side of the sample, and the random numbers for the draw on this side.
         let (to_below, u) = self.choose(wi, u);
         // One choice, since there are no wavelengths to choose from.
         let draw = |_, u, active| self.draw(wi, to_below, u, active);

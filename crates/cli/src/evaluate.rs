@@ -4,7 +4,7 @@
 //!
 //! Symbols:
 //!
-//! - θi, θr: the angles of incidence and of view with the normal, both in the plane of x, positive on the side of +x;
+//! - θi, θr: the angles of incidence and of view with the normal, both in the xz plane, positive on the side of +x;
 //! - λ: the wavelength;
 //! - d: the spacing of the grating;
 //! - S/λ²: the response of the relief in 1/sr, `f_r` without the Fresnel, obliquity and shadowing factors.

@@ -3,8 +3,7 @@
 use super::{HeightField, HeightFieldError};
 use ndarray::s;
 
-/// Tolerance for rounding at the borders of the rectangle, in pixels: far above rounding errors, and far below a
-/// visible part of a pixel.
+/// Tolerance for rounding at the borders of the rectangle, in pixels: far above rounding errors, far below one pixel.
 const ROUNDING_PIXELS: f64 = 1e-6;
 
 impl HeightField {

@@ -98,7 +98,8 @@ async function makeSurface(keys, stale) {
   const seconds = (performance.now() - start) / 1e3;
   await page.opening;
   if (stale()) return;
-  // Without a device, now or when the build began, the CPU draws maps. `recover` (picture.js) builds for later ones.
+  // Without a device, now or when the build began, the CPU draws maps. If a device opens later, `recover` (picture.js)
+  // has its data built.
   if (!page.adapter || !bytes) {
     await engine.reflectance(settings, keys.method, report);
     return;

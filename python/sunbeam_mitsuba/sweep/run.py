@@ -56,7 +56,7 @@ class Plan:
     cases: int
     #: Number of different surfaces.
     surfaces: int
-    #: Estimated peak memory of the largest build of tables in GB (10⁹ bytes).
+    #: Estimated peak memory of the largest build of tables in GB (10⁹ bytes); 0 where it is small or unknown.
     largest_gb: float
     #: Number of worker processes.
     workers: int
@@ -69,8 +69,8 @@ def plan(spec: Spec, workers: int | None = None, memory_gb: float | None = None)
 
     All cases count, including those that have results and that :func:`run` would skip.
 
-    ``workers`` and ``memory_gb`` are those of :func:`run`. Raises :class:`SweepError` where ``SUNBEAM_COMMAND`` cannot
-    be run.
+    ``workers`` and ``memory_gb`` are those of :func:`run`. Raises :class:`SweepError` where the command of
+    ``SUNBEAM_COMMAND``, which estimates memory, cannot be run.
     """
     cases = list(spec.cases(version()))
     surfaces = _surfaces(spec, cases)

@@ -225,8 +225,10 @@ def _matching(where: str, patterns: object, folder: Path) -> list[str]:
     if not isinstance(listed, list) or not listed or not all(isinstance(pattern, str) for pattern in listed):
         raise SweepError(f"{where}: files is {shown(patterns)}, but must be a glob or a list of globs")
     found: set[str] = set()
+    # Only the pattern is a glob; the folder's own name may contain "[", "*" or "?".
+    root = Path(glob.escape(str(folder)))
     for pattern in listed:
-        paths = [path for path in glob.glob(str(folder / pattern), recursive=True) if os.path.isfile(path)]
+        paths = [path for path in glob.glob(str(root / pattern), recursive=True) if os.path.isfile(path)]
         if not paths:
             raise SweepError(f"{where}: no file matches {pattern!r} in {folder}")
         found.update(path if os.path.isabs(pattern) else os.path.relpath(path, folder) for path in paths)

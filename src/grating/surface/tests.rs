@@ -39,7 +39,7 @@ fn efficiency(t: f64, a: f64, c: f64, nm: f64) -> f64 {
 /// Factor of a film's efficiencies between the wave number `a` on the side `from` and `c` on the side `to`; side 0 is
 /// above, 1 below.
 fn film_factor([from, to]: [usize; 2], a: f64, c: f64) -> f64 {
-    // Transmission depends on the sign of a + c, which both ways of the light share.
+    // On the reversed path a + c changes its sign. The signs of the sines make transmission equal on both paths.
     match [from, to] {
         [0, 0] => 1.0,
         [1, 1] => 0.6,
@@ -84,6 +84,7 @@ fn on_side(side: usize, [x, y, z]: Vec3) -> Vec3 {
     if side == 0 { [x, y, z] } else { [x, y, -z] }
 }
 
+/// The unit vector of two angles in radians.
 fn direction(theta: f64, phi: f64) -> Vec3 {
     [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()]
 }

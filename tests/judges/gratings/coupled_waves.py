@@ -1,9 +1,9 @@
 """Efficiencies of gratings by rigorous coupled-wave analysis, the package `meent`, for light across the grooves.
 
-Orders and the sign of `theta_i_deg` are those of __init__.py. TE has the electric field along the grooves, TM the
-magnetic field. A perfect conductor is the limit of a metal of index i·extinction for a large extinction; efficiencies
-differ by about 1/extinction. The field in the metal decays within λ/(2π·extinction), so a larger extinction needs more
-harmonics.
+`theta_i_deg` is the angle θi of the direction to the light, whose x is sin θi. Order j leaves at x = jλ/period − sin
+θi. TE has the electric field along the grooves, TM the magnetic field. A perfect conductor is the limit of a metal of
+index i·extinction for a large extinction; efficiencies differ by about 1/extinction. The field in the metal decays
+within λ/(2π·extinction), so a larger extinction needs more harmonics.
 """
 
 from __future__ import annotations

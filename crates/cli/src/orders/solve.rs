@@ -196,7 +196,7 @@ impl Order {
     /// Order number `order`, which leaves in `direction` with the efficiency `mean`, without values by polarisation.
     pub(super) fn with_mean(side: Side, order: i32, direction: Vec3, mean: f64) -> Self {
         // The addition turns a negative zero into a positive one. Otherwise `atan2` would give an azimuth of −180° or
-        // −0° for directions in the plane of x.
+        // −0° for directions in the xz plane.
         let direction @ [x, y, z] = direction.map(|component| component + 0.0);
         let (theta_deg, phi_deg) = (x.hypot(y).atan2(z).to_degrees(), y.atan2(x).to_degrees());
         Self { side, order, theta_deg, phi_deg, direction, te: None, tm: None, mean, jones: None }

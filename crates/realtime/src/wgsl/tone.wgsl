@@ -4,7 +4,7 @@
 // x is the largest channel of the exposed colour (`peak`), k the knee and s the shoulder. The tone curve is x up to k,
 // and k + (1 - k)·(x - k)/(x - k + s) above, which approaches 1. All channels are scaled by the same factor.
 
-// Uniform of the pass, which tone.rs writes.
+// Uniform of the pass, which crates/realtime/src/tone.rs writes.
 struct Tone {
     // Exposure, a positive factor on the radiance; 1 leaves it unchanged.
     gain: f32,

@@ -154,6 +154,7 @@ fn unreadable_files_give_typed_errors_of_one_line() {
     assert_eq!(kind("a.jpg", b"", ""), ("file", None));
     assert_eq!(kind("a.txt", b"", ""), ("file", None));
     assert_eq!(kind("a.txt", b"1 2 1 3\n3 4 5 2\n2 1 1 4\n", ""), ("scale", Some("pixel_size")));
+    // Two columns are a profile, not a relief.
     assert_eq!(kind("a.txt", b"1 2\n3 4\n", ""), ("file", None));
     assert_eq!(read("a.txt", b"1 2 1 3\n3 4 5 2\n2 1 1 4\n", r#", "pixel_size": 0.1"#).unwrap(), (4, 3));
     let missing = Relief::new(&Settings::from_json(r#"{"surface": {"filename": "a.gsf"}}"#).unwrap(), None);

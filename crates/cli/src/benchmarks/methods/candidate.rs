@@ -28,7 +28,7 @@ pub(super) struct Candidate {
 /// The evaluator behind a candidate.
 pub(super) enum Evaluator {
     /// A method that computes colours, in single precision. Its colours are those of S/λ², which is `f_r` without the
-    /// obliquity and shadowing factor `O·M`.
+    /// Fresnel factor and without `O·M`, the obliquity and shadowing factor.
     Colour(Box<dyn Method>),
     /// The spectral tables, with the wavelengths and weights that turn a spectrum into a colour. Their values include
     /// `O·M`.

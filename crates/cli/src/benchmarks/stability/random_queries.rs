@@ -138,7 +138,7 @@ struct SurfaceInput {
 
 /// A random relief with random options: rough, a step, a sinusoid, rough and at most [`SHALLOW_UM`] deep, or a plane.
 ///
-/// Ranges of lengths are wider than users need them, and logarithmic, so that every power of ten is as frequent.
+/// Ranges of lengths are wider than users need, and logarithmic, so that every power of ten is equally frequent.
 fn random_input(random: &mut Random) -> Result<SurfaceInput, HeightFieldError> {
     let mut log_uniform = |low: f64, high: f64| (random.between(low.ln(), high.ln())).exp();
     // Along the normal κ = 4π/λ, and H is half the height.

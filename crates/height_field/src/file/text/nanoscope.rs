@@ -20,7 +20,7 @@ fn is_header(text: &str) -> bool {
     text.trim_start_matches('"').starts_with('\\')
 }
 
-/// Reads the column of the channel that `channel_option` names, or a single matrix.
+/// Reads the channel that `channel_option` names, or the default one of `channel.rs`.
 ///
 /// Numbers come in one of two layouts: ny lines of nx numbers (a matrix) for a single channel, or nx·ny lines with one
 /// number for each channel. Both begin with the bottom row of the scan.
@@ -42,21 +42,17 @@ pub(super) fn parse(lines: &[Line], channel_option: Option<&str>) -> Parsed {
     let columns = table.columns()?;
     let total = nx.checked_mul(ny).ok_or("its size is too large")?;
     let pixel = pixel_size(image, &header_sections, (nx, ny))?;
-    // Index of the chosen column of titles, and its heights.
-    let (column, values) = if columns == nx && table.rows.len() == ny {
-        // A matrix.
-        (0, table.values)
-    } else if table.rows.len() == total {
-        // One column for each channel.
-        let channels = column_channels(titles, columns);
-        // Without the option a single column is read whatever its title.
-        let column =
-            if columns == 1 && channel_option.is_none() { 0 } else { channel::choose(&channels, channel_option)? };
-        (column, table.values.into_iter().skip(column).step_by(columns).collect())
-    } else {
+    let is_matrix = columns == nx && table.rows.len() == ny;
+    if !is_matrix && table.rows.len() != total {
         let rows = table.rows.len();
         return Err(format!("its header promises {nx} × {ny} points, but {rows} lines of {columns} numbers follow"));
-    };
+    }
+    let channels = column_channels(titles, if is_matrix { 1 } else { columns });
+    // Without the option a single channel is read whatever its title.
+    let column =
+        if channels.len() == 1 && channel_option.is_none() { 0 } else { channel::choose(&channels, channel_option)? };
+    let values =
+        if is_matrix { table.values } else { table.values.into_iter().skip(column).step_by(columns).collect() };
     let (name, unit) = title_and_unit(titles, column);
     // A unit of length makes the values heights; without a unit the scale must be given; other units are refused.
     let meaning = match micrometres(&unit) {
@@ -87,4 +83,19 @@ fn column_channels(titles: &str, columns: usize) -> Vec<Channel> {
         Channel::new(column + 1, title, unit)
     };
     (0..columns).map(channel).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_matrix_is_a_single_channel() {
+        let header = [r"\*Ciao image list", r"\Scan Size: 1 1 ~m", r"\Samps/line: 2", r"\Number of lines: 2"];
+        let lines: Vec<Line> = (1..).zip(header.into_iter().chain(["Height(nm)", "1 2", "3 4"])).collect();
+        for accepted in [None, Some("1"), Some("height")] {
+            assert!(parse(&lines, accepted).is_ok());
+        }
+        assert!(parse(&lines, Some("Phase")).is_err_and(|message| message.contains("there is no `channel` \"Phase\"")));
+    }
 }
