@@ -22,9 +22,9 @@ from .disc import write_disc
 
 # Largest number of segments of a path.
 MAX_DEPTH = 6
-# Samples per pixel; the sampler `multijitter` of `View` requires a square number.
+# Samples per pixel: a square, since the sampler `multijitter` of `View` may round up other numbers.
 SPP = 64
-# Samples per pixel of the sphere, which has the sampler `independent` and so needs no square number.
+# Samples per pixel of the sphere, which has the sampler `independent`, for any number.
 SPHERE_SPP = 32
 # Optical parameters of aluminium, for `diffraction` and for `roughconductor`.
 ALUMINIUM = {"material": "Al"}

@@ -86,7 +86,7 @@ def _d65() -> tuple[np.ndarray, np.ndarray]:
 def picture(bsdf: mi.BSDF, files: SnakeFiles, light: Light, view: View, quadrature: Quadrature, spp: int) -> np.ndarray:
     """Linear sRGB, (height, width, 3), of the snake in the sun, without the ground.
 
-    The sampler needs a square number of samples per pixel, so `spp` is rounded up to one.
+    `spp` is rounded up to a square, since the sampler may round up other numbers of samples per pixel.
     """
     side = math.ceil(math.sqrt(spp))
     scene = mi.load_dict(bare_scene(bsdf, files, light, view, side**2, film(view, quadrature)))

@@ -8,7 +8,7 @@ use crate::table::TableError;
 pub enum GratingError {
     #[error(
         "the relief varies along y by {found_um:.2e} µm, but that of a grating must vary along x alone, to within \
-         {accepted_um:.2e} µm; theory \"scalar\" takes any"
+         {accepted_um:.2e} µm; theory \"scalar\" takes any, except for lists of orders"
     )]
     NotAlongX { found_um: f64, accepted_um: f64 },
     /// Any error of the solver but those of [`GratingError::Size`].

@@ -103,11 +103,17 @@ fn tables_are_cached_unless_the_cache_is_off() {
 #[test]
 fn view_becomes_the_viewer_in_the_same_folder() {
     use std::os::unix::fs::PermissionsExt;
-    use std::{fs, process::Command};
+    use std::{fs, io::ErrorKind, process::Command};
     let folder = tempfile::tempdir().unwrap();
     let alone = folder.path().join("sunbeam");
     fs::copy(env!("CARGO_BIN_EXE_sunbeam"), &alone).unwrap();
-    let view = |arguments: &[&str]| Command::new(&alone).arg("view").args(arguments).output().unwrap();
+    // A process that another test starts during the copy briefly holds the copy open for writing.
+    let view = |arguments: &[&str]| loop {
+        match Command::new(&alone).arg("view").args(arguments).output() {
+            Err(error) if error.kind() == ErrorKind::ExecutableFileBusy => std::thread::yield_now(),
+            output => break output.unwrap(),
+        }
+    };
 
     let missing = view(&["--preset", "blazed"]);
     let message = String::from_utf8(missing.stderr).unwrap();
