@@ -51,7 +51,8 @@ impl DirectionPair {
 /// `count` pairs, whose incident directions cycle through [`INCIDENT_DEG`]. The pairs are equal in every run.
 ///
 /// In even cycles the pairs share one outgoing direction, uniform over the hemisphere. In odd cycles the sampler of
-/// `surface` draws one per pair. The orders of a grating cover so little of the hemisphere that nearly all uniform directions are black.
+/// `surface` draws one per pair. The orders of a grating cover so little of the hemisphere that nearly all uniform
+/// directions are black.
 pub(crate) fn direction_pairs(surface: &Surface, count: usize) -> Vec<DirectionPair> {
     // An arbitrary fixed seed.
     let mut random = Random::new(1);
