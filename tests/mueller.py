@@ -11,7 +11,7 @@ from batches import interactions, is_scalar, one_by_one, random_directions
 
 # Wavelengths of every pair in nm, as many as a path carries in Mitsuba.
 WAVELENGTHS = [450.0, 520.0, 590.0, 660.0]
-# Largest error of a matrix element relative to the first: some twenty roundings, also of the rotation of frames.
+# Largest error of a matrix element relative to the first. Chosen: single precision, with rotations of frames.
 ROUNDING = 3e-5
 # Largest error between two formulas of one quantity, in which different digits cancel.
 FORMULA = 5e-4
@@ -26,8 +26,9 @@ def elements(spectrum):
 
 
 def evaluated(bsdf, wi, wo, mode=None):
-    """Mueller matrices `[pair, channel, row, column]` of light from `wo` to `wi`, by Mitsuba's default mode Radiance.
+    """Mueller matrices `[pair, channel, row, column]` for light from `wo` to `wi`, times the cosine of `wo`.
 
+    This is Mitsuba's default mode, Radiance.
     In the `mode` TransportMode.Importance, the light goes from `wi` to `wo`.
     """
     ctx = mi.BSDFContext() if mode is None else mi.BSDFContext(mode)
@@ -71,7 +72,7 @@ def turned(forward, start, end):
 
 
 def between_states(matrices, source, target):
-    """Matrices `[pair, channel, 4, 4]` for light from `source` to `target`, in the frames of s and p.
+    """Matrices `[pair, channel, row, column]` for light from `source` to `target`, in the frames of s and p.
 
     `matrices` are in Mitsuba's frames. `source` and `target` point away from the surface, but not along the normal. s
     is along z × k, where k is the direction of travel.

@@ -18,8 +18,8 @@ use serde::{Deserialize, Serialize};
 const BANDS: usize = 3;
 /// Number of wavelengths in an integral over the bands. Chosen: more take longer; fewer sample the bands too coarsely.
 const WAVELENGTHS: usize = 12;
-/// Number of cells along each side of the grid over directions, and of wavelengths in an integral over the bands, where
-/// the albedo has ridges (`build.rs`), which are narrow in both. Albedos of bands then stay below 1.01
+/// Number of cells along each side of the grid over directions, and of wavelengths in an integral over the bands, for
+/// albedos with ridges, maxima that are narrow in both (`build.rs`). Albedos of bands then stay below 1.01
 /// (`tests/core/energy.rs`).
 const SAMPLES_OF_RIDGES: u32 = 32;
 /// Number of [`BAND_NODES_NM`]. An evaluation with four would take 10 % longer; fewer follow the albedo less closely.
@@ -37,7 +37,7 @@ const WORDS: usize = 8;
 /// Table of the divisor A over directions, in linear sRGB under D65 with the weights of [`WavelengthWeights`].
 ///
 /// It resembles an [`AlbedoTable`](super::AlbedoTable) with bands in place of planes of wavelength, and also holds
-/// `(A − 1)·cos²θ`, with θ from the normal. A band's reflectance is negative in directions whose colour lies outside
+/// `(A − 1)·cos²θ`, finite up to the horizon, with θ from the normal. A band's reflectance is negative in directions whose colour lies outside
 /// sRGB. Its albedo includes these negative parts.
 ///
 /// Words are arranged `[y][x]`, with eight for each cell: two for each band, and two of padding. A band's first word
@@ -64,8 +64,8 @@ impl ColourAlbedoTable {
         let layout =
             AlbedoLayout { cells, planes: BANDS as u32, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: None };
         let grid = Grid { cells };
-        // A group is a set of values that are integrated over one set of wavelengths. The bands share theirs, so there
-        // is one group, and its position, the argument, does not matter.
+        // A group is a set of wavelengths that are integrated together. All bands share one, so the argument, the
+        // position of the group, does not matter.
         let group = |_| bands(wavelengths);
         let cells = cells as usize;
         // All words stay zero where nothing is divided.
@@ -169,6 +169,7 @@ mod tests {
     #[test]
     fn weights_of_nodes_are_those_of_linear_interpolation() {
         let mut expected = [[0.0; BAND_NODES]; BANDS];
+        // One wavelength for each nm.
         for (nm, weights) in bands(471).wavelengths {
             let position = ((nm - BAND_NODES_NM[0]) / (BAND_NODES_NM[1] - BAND_NODES_NM[0])).clamp(0.0, 2.0);
             for (node, at) in [0.0f64, 1.0, 2.0].into_iter().enumerate() {

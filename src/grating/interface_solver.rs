@@ -35,7 +35,7 @@ pub(super) struct InterfaceCell {
     /// Index s, the number of orders that propagate in all of the cell minus one: −1 or above in the air, 0 or above in
     /// the medium.
     pub index: i32,
-    /// Number of orders in the medium beyond these `index + 1`, at either end of their range.
+    /// Number of orders in the medium beyond these `index + 1`, at each end of their range.
     pub extra: u32,
 }
 
@@ -101,7 +101,7 @@ impl InterfaceSolver<'_> {
         let below_first = self.meshes.after(0)?.below(tm, b)?;
         let solve = |&nm: &f64| {
             let nm = nm.min(BELOW_CRITICAL * critical_nm);
-            // Cosine of incidence in the medium with kx = 0, √(1 − ky²/(nk)²).
+            // Cosine of incidence in the medium with kx = 0, √(1 − ky²/(nk)²): the weight of the balance error.
             let largest_cosine = tm * nm / (self.eta * period_nm);
             solve_balanced(self.meshes, (tm, b, nm), largest_cosine, |doublings| {
                 let mesh = self.meshes.after(doublings)?;

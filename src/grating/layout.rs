@@ -93,10 +93,10 @@ impl EfficiencyLayout {
         // The product is skipped where all directions are in air.
         let [x, y] = if self.eta_below() == 1.0 { [x, y] } else { [x * per_index, y * per_index] };
         let z_squared = real(1.0) - x * x - y * y;
-        let is_off_horizon = is_drawn & zero.lt(z_squared);
+        let exists = is_drawn & zero.lt(z_squared);
         let z = z_squared.max(zero).sqrt();
         let z = if self.transmits() { N::Real::select(is_below, -z, z) } else { z };
-        [x, y, z].map(|component| N::Real::select(is_off_horizon, component, zero))
+        [x, y, z].map(|component| N::Real::select(exists, component, zero))
     }
 
     /// Refractive index of the medium in which the direction `w` is given; `None` where all directions are in air, so

@@ -1,4 +1,4 @@
-// Reflectance of a grating in linear sRGB, from order efficiencies by Maxwell's equations. It is the counterpart of
+// Reflectance of a reflecting grating in linear sRGB, from order efficiencies by Maxwell's equations. Counterpart of
 // `GratingColourLobe::eval` in src/grating/colour_lobe.rs, of `CellPosition` in cell_position.rs, of `EfficiencyView`
 // in efficiencies.rs and of `ColourTables` in colour_tables.rs, with the same arithmetic. Compiled after common.wgsl
 // (TAU, which is 2π, and answer_part).
@@ -19,8 +19,9 @@
 //
 // Efficiencies are tabulated over λ, t and a. With y the direction cosine along the grooves, t = νd·√(1 - y²). The wave
 // number of the incident wave along x is a·2π/d. Order m propagates where |a + m| < t. So the lines where t - a or
-// t + a is a whole number divide the (t, a) plane into cells, within which the same orders propagate. An order number
-// counts them from 0, by ascending m. Nodes of a cell lie at fractional parts of t - a (`minus`) and t + a (`plus`).
+// t + a is a whole number divide the (t, a) plane into cells, within which the same orders propagate. Cells that differ
+// by a whole number in a share an index. Order numbers count the propagating orders from 0, by ascending m. Nodes of a
+// cell lie at fractional parts of t - a (`minus`) and t + a (`plus`).
 
 // A test compares the constants below with those of Rust.
 
@@ -28,7 +29,7 @@
 const NU_MIDDLE: f32 = 1.9912986;
 // Half the width of the visible range of ν in 1/µm.
 const NU_HALF: f32 = 0.78647923;
-// Scale in 1/µm of the coordinate τ/(τ + TAU_SCALE) of the table of W.
+// Scale in 1/µm of the coordinate τ/(τ + TAU_SCALE) of the table of W; unrelated to TAU.
 const TAU_SCALE: f32 = 0.25;
 // Distance in standard deviations beyond which a Gaussian is neglected: 4e-6 of its peak.
 const REACH: f32 = 5.0;
@@ -73,8 +74,8 @@ struct Grating {
 }
 
 @group(1) @binding(0) var<uniform> grating: Grating;
-// First, for each [wavelength][cell], the offset of the cell in 16-bit halves of words. Then the efficiencies in units
-// of UNIT, 16 bits each, the lower half of a word first. Cell s is [node along minus][node along plus][incident
+// First, for each [wavelength][cell], the offset of the cell from the beginning, in 16-bit halves of words. Then the
+// efficiencies in units of UNIT, 16 bits each, the lower half of a word first. Cell s is [node along minus][node along plus][incident
 // order][entry], with s + 1 incident orders and s + 2 entries: the efficiencies of the outgoing orders, and their sum,
 // which is not read here.
 @group(1) @binding(1) var<storage, read> efficiencies: array<u32>;
@@ -119,7 +120,7 @@ struct Interval {
     fraction: f32,
 }
 
-// The interval around the position x, in steps, among `count` nodes.
+// The interval around the position x, in steps, among `count` nodes, at least 2.
 fn interval_at(x: f32, count: u32) -> Interval {
     let inside = clamp(x, 0.0, f32(count - 1u));
     let low = min(floor(inside), f32(count - 2u));
@@ -147,6 +148,7 @@ fn efficiency_at_wavelength(wavelength: u32, cell: u32, entry: u32, minus: Inter
 
 // Efficiency of the outgoing order with this order number at a wavelength in nm.
 fn efficiency(position: CellPosition, nm: f32, outgoing: u32) -> f32 {
+    // Rounding may exceed the last cell. The longer wavelength below has all cells of the shorter one.
     let cell = min(position.cell, grating.cells - 1u);
     let entry = min(position.incident, cell) * (cell + 2u) + outgoing;
     let wavelength = interval_at((nm - grating.first_nm) * grating.steps_per_nm, grating.wavelengths);
@@ -234,6 +236,7 @@ fn order_colour(order: f32, nu_m: f32, gauss: f32, tau: f32, x_difference: f32, 
     let visible_nu = clamp(nu_m, NU_MIDDLE - NU_HALF, NU_MIDDLE + NU_HALF);
     let periods = visible_nu * grating.period_um;
     let t = periods * sqrt(max((1.0 - y) * (1.0 + y), 0.0));
+    // a = -wi.x·νd after the move, since the incident wave travels along -wi.
     let position = cell_position(t, 0.5 * (x_difference * periods - order));
     let outgoing = i32(position.incident) + i32(order);
     if !position.propagates || outgoing < 0 || outgoing > i32(position.cell) {
@@ -242,7 +245,7 @@ fn order_colour(order: f32, nu_m: f32, gauss: f32, tau: f32, x_difference: f32, 
     return spectral_weights(nu_m, tau) * (efficiency(position, 1e3 / visible_nu, u32(outgoing)) * gauss);
 }
 
-// The whole reflectance f_r, linear sRGB in 1/sr. wi points to the light and wo to the viewer.
+// The whole reflectance f_r, linear sRGB in 1/sr. wi points to the light and wo to the viewer, both above the surface.
 fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     // Part 0 is the whole answer (common.wgsl).
     if answer_part != 0u {
