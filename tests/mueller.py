@@ -86,7 +86,7 @@ def between_states(matrices, source, target):
 def pairs(count, seed=5, lowest=0.02):
     """`count` random pairs of directions `[wi, wo]` whose cosines with the normal exceed `lowest`."""
     rng = np.random.default_rng(seed)
-    # Twice the count, of which few are left out.
+    # Twice the count, of which at most half are left out for `lowest` up to 0.2.
     both = [random_directions(rng, 2 * count) for _ in range(2)]
     kept = np.minimum(both[0][:, 2], both[1][:, 2]) > lowest
     return [w[kept][:count] for w in both]

@@ -13,7 +13,8 @@ pub fn xyz_to_linear_srgb(xyz: [f64; 3]) -> [f64; 3] {
     LinSrgb::from_color_unclamped(Xyz::<D65, f64>::from(xyz)).into()
 }
 
-/// Relative XYZ (D65 white: Y = 1) of a linear sRGB colour, the inverse of [`xyz_to_linear_srgb`] to 1e-6.
+/// Relative XYZ (D65 white: Y = 1) of a linear sRGB colour. Inverse of [`xyz_to_linear_srgb`] to 1e-6 of the largest
+/// component.
 pub fn linear_srgb_to_xyz(rgb: [f64; 3]) -> [f64; 3] {
     Xyz::<D65, f64>::from_color_unclamped(LinSrgb::from(rgb)).into()
 }
@@ -52,7 +53,7 @@ fn unit(value: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Rounding of the matrices, which have seven digits and entries of up to 3.2.
+    /// Rounding of the matrices, which have seven digits and entries of up to 3.2, over the largest component.
     const MATRIX_TOLERANCE: f64 = 1e-6;
 
     #[test]
@@ -72,6 +73,7 @@ mod tests {
     fn colours_round_trip_through_xyz_even_out_of_gamut() {
         for rgb in [[0.2, 0.5, 0.9], [-0.3, 1.7, 0.0], [4.0, -1.0, 12.0]] {
             let back = xyz_to_linear_srgb(linear_srgb_to_xyz(rgb));
+            // The largest component is 12.
             for c in 0..3 {
                 assert!((back[c] - rgb[c]).abs() < 12.0 * MATRIX_TOLERANCE, "{rgb:?} {back:?}");
             }

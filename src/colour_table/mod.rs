@@ -168,7 +168,7 @@ impl Ring {
 impl ColourTable {
     /// Largest size of a table in bytes: half of the storage buffer that every WebGPU device can bind, 128 MiB.
     pub const LIMIT_BYTES: usize = 64 << 20;
-    /// Largest number of rings. Their records take half of the uniform buffer that every WebGPU device can bind, 64 KiB.
+    /// Largest number of rings. Their records take half of the uniform buffer that all WebGPU devices can bind, 64 KiB.
     /// Tables reach [`ColourTable::LIMIT_BYTES`] first.
     pub const RINGS_MAX: usize = (64 << 10) / 2 / (4 * Ring::WORDS);
 

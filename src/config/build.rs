@@ -70,8 +70,8 @@ impl SurfaceConfig {
         Ok(self.raw_height_field()?.field.levelled(self.level()))
     }
 
-    /// The height field that the configuration names, filled but not levelled, with the interpretation of its file.
-    /// Doubts about a file are also logged as warnings.
+    /// The height field that the configuration names, filled and resized by `scale` and `depth` but not levelled, with
+    /// the interpretation of its file. Doubts about a file are also logged as warnings.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::height_field`].

@@ -37,8 +37,8 @@ const WORDS: usize = 8;
 /// Table of the divisor A over directions, in linear sRGB under D65 with the weights of [`WavelengthWeights`].
 ///
 /// It resembles an [`AlbedoTable`](super::AlbedoTable) with bands in place of planes of wavelength, and also holds
-/// `(A − 1)·cos²θ`, finite up to the horizon, with θ from the normal. A band's reflectance is negative in directions whose colour lies outside
-/// sRGB. Its albedo includes these negative parts.
+/// `(A − 1)·cos²θ`, finite up to the horizon, with θ from the normal. A band's reflectance is negative in directions
+/// whose colour lies outside sRGB. Its albedo includes these negative parts.
 ///
 /// Words are arranged `[y][x]`, with eight for each cell: two for each band, and two of padding. A band's first word
 /// has the corners (x, y) and (x + 1, y), its second (x, y + 1) and (x + 1, y + 1). They are 16-bit floats (bfloat16),

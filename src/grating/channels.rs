@@ -39,7 +39,7 @@ pub(super) struct BoundBelow<N: Numbers> {
 
 impl<N: Numbers> Channels<N> {
     /// Channels at a position in the cells of a reflector or film. `cell` is the index of the position's cell, clipped
-    /// to the table. `sides_below` is 1 if the same orders exist below the relief, as at a film, and else 0.
+    /// to the table. `sides_below` is 1 if the same orders propagate below the relief, as at a film, and else 0.
     #[inline(always)]
     pub(super) fn of_cell(position: &CellPosition<N>, cell: N::Index, sides_below: f64) -> Self {
         // Orders −⌊t + a⌋ to ⌊t − a⌋ propagate; `position.incident` is ⌊t + a⌋, `position.cell` their number minus 1.

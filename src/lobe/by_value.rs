@@ -1,5 +1,5 @@
 //! Evaluation and sampling of a lobe at any number of wavelengths, in plain numbers of double precision. These
-//! functions check their arguments, which a [`Lobe`] does not.
+//! functions check directions and, except [`sample_direction`], wavelengths; a [`Lobe`] does not.
 
 use super::mixture::UNIFORM_FRACTION;
 use super::{Lobe, PerWavelength, sample_mixture};
@@ -84,7 +84,8 @@ pub(crate) fn sample<'a>(
 /// or not accepted by the lobe, and without a wavelength.
 ///
 /// The first number chooses the side ([`Sides::choose`](super::Sides::choose)). Then it selects the uniform part of the
-/// lobe's mixture below [`UNIFORM_FRACTION`], and above it one of the wavelengths with equal probabilities.
+/// lobe's mixture below [`UNIFORM_FRACTION`], and above it one of the wavelengths with equal probabilities. Callers
+/// keep all wavelengths within the range of the tables: draws at others have no part in [`pdf`].
 pub(crate) fn sample_direction<'a>(
     lobe: &impl PerWavelength<Double<'a>>,
     wi: Vec3,

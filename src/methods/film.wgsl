@@ -1,5 +1,5 @@
 // Scattering function of a film of the refractive index n: the colour table of the relief magnified n times, times the
-// factor of transparent.wgsl, divided by the albedo where energy is conserved. Compiled after transparent.wgsl and
+// factor of transparent.wgsl, divided by A where energy is conserved. Compiled after transparent.wgsl and
 // albedo_grid.wgsl. Counterpart of `TransmissiveColourLobe` in src/lobe/transmissive.rs, with the same arithmetic.
 //
 // Let A be the larger of 1 and the albedo for a direction at the angle θ from the normal and a wavelength. The albedo

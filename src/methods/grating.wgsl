@@ -75,9 +75,9 @@ struct Grating {
 
 @group(1) @binding(0) var<uniform> grating: Grating;
 // First, for each [wavelength][cell], the offset of the cell from the beginning, in 16-bit halves of words. Then the
-// efficiencies in units of UNIT, 16 bits each, the lower half of a word first. Cell s is [node along minus][node along plus][incident
-// order][entry], with s + 1 incident orders and s + 2 entries: the efficiencies of the outgoing orders, and their sum,
-// which is not read here.
+// efficiencies in units of UNIT, 16 bits each, the lower half of a word first. Cell s is [node along minus][node along
+// plus][incident order][entry], with s + 1 incident orders and s + 2 entries: the efficiencies of the outgoing orders,
+// and their sum, which is not read here.
 @group(1) @binding(1) var<storage, read> efficiencies: array<u32>;
 // Colours (red, green, blue, unused): the table of W, then the table of order 0.
 @group(1) @binding(2) var<storage, read> colours: array<vec4<f32>>;

@@ -68,7 +68,7 @@ def efficiencies(
 ) -> list:
     """Fractions of unpolarised light in orders: an array for each of `lights`, which are triples (light, jx, jy).
 
-    `jx` and `jy` are arrays with the numbers of propagating orders along x and y. `index` is that of the dielectric,
+    `jx` and `jy` are arrays of the propagating orders' indices along x and y. `index` is that of the dielectric,
     with an imaginary part of 0.
     """
     ny, nx = relief.heights.shape

@@ -1,6 +1,6 @@
 """Vertical discretisation of the solver (solver.py): polynomials over two panels, collocated at Gauss points.
 
-The vertical coordinate s, upwards in µm, is 0 on the relief; one panel lies in each medium.
+The solver's vertical coordinate s, upwards in µm, is 0 on the relief; one panel lies in each medium.
 """
 
 from __future__ import annotations

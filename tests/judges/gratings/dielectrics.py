@@ -46,10 +46,10 @@ def heights(shape: str, height: float) -> np.ndarray:
 def coupled_waves(
     shape: str, eta: float, period: float, height: float, nm: float, theta_deg: float, harmonics: int, layers: int
 ) -> Answer:
-    """The answer for light across the grooves, by `meent`, with `harmonics` orders on either side."""
+    """The answer for light across the grooves, by `meent`, with the orders from −`harmonics` to `harmonics`."""
     # Heights of the layers' middles, from the top down.
     levels = height * (1 - (np.arange(layers) + 0.5) / layers)
-    # Refractive indices, [layer, 0, sample].
+    # Refractive indices, [layer, y, sample], with a single y.
     indices = np.where(heights(shape, height) > levels[:, None, None], eta, 1.0).astype(complex)
     found: Answer = {}
     # TE and TM are s and p, elements 0 and 1 of the powers.
@@ -67,7 +67,7 @@ def coupled_waves(
 def scatmech(
     eta: float, period: float, height: float, nm: float, theta_deg: float, azimuth_deg: float, waves: int
 ) -> Answer:
-    """The answer of a lamellar grating at any azimuth, by SCATMECH, with `waves` orders on either side."""
+    """The answer of a lamellar grating at any azimuth, by SCATMECH, with the orders from −`waves` to `waves`."""
     found: Answer = {}
     # Beyond the largest order that propagates.
     reach = int(eta * 2e3 * period / nm) + 2
