@@ -25,8 +25,7 @@
 //! indices. Shared surfaces take directions inside the cover. Their callers apply [`SurfaceConfig::cover`], as
 //! [`BuiltSurface`] does.
 
-use super::validate::contradiction;
-use super::{BuiltSurface, ConfigError, ReliefSource, Source, SurfaceConfig, Theory};
+use super::{BuiltSurface, ConfigError, Source, SurfaceConfig, Theory};
 use crate::cache::{Cache, CacheError, Origin};
 use crate::colour_table::ColourTableError;
 use crate::grating::{
@@ -376,10 +375,6 @@ impl SurfaceConfig {
     /// errors of the build.
     pub fn build_of(&self, heights: &HeightField, cache: &Cache) -> Result<(BuiltSurface, Origin), BuildError> {
         self.validate_for_array()?;
-        let is_refused = |name: &&str| !ReliefSource::OF_ARRAYS.contains(name);
-        if let Some(parameter) = self.relief_source().given().find(is_refused) {
-            contradiction(parameter, "heights from an array", "it is about presets and files")?;
-        }
         heights.check_size(MAX_LENGTH_UM)?;
         let field = self.resized(heights.levelled(self.level.unwrap_or(Level::Plane)));
         match self.theory {

@@ -71,8 +71,7 @@ relief_source! {
 }
 
 impl ReliefSource {
-    /// Names of the fields that also apply to heights from an array ([`SurfaceConfig::build_of`]).
-    #[cfg(feature = "full")]
+    /// Names of the fields that also apply to heights from an array ([`SurfaceConfig::validate_for_array`]).
     pub(super) const OF_ARRAYS: [&'static str; 3] = ["fill", "level", "tiling"];
 }
 

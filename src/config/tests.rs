@@ -107,6 +107,21 @@ fn contradictions_are_named() {
 }
 
 #[test]
+fn parameters_of_presets_and_files_contradict_an_array() {
+    for (parameter, json) in [
+        ("preset", r#"{"preset":"flat"}"#),
+        ("period", r#"{"period":2}"#),
+        ("pixel_size", r#"{"pixel_size":0.1,"theory":"rigorous"}"#),
+    ] {
+        let message = SurfaceConfig::from_json_for_array(json).expect_err(json).to_string();
+        assert!(
+            message.starts_with(&format!("parameter {parameter:?} contradicts heights from an array")),
+            "{message}"
+        );
+    }
+}
+
+#[test]
 fn broken_json_is_an_error_and_not_a_default() {
     assert!(refusal("{} x").contains("JSON"));
     assert!(refusal("[1").contains("JSON"));

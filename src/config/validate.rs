@@ -1,7 +1,7 @@
 //! Ranges of the parameters, and combinations that contradict each other. `theory.rs` and `transmission.rs` refuse what
 //! contradicts the parameters `theory` and `transmission`.
 
-use super::{Accepted, COVER_ETA, ConfigError, ETA, K, RELATIVE_SIZE, Source, SurfaceConfig, Theory};
+use super::{Accepted, COVER_ETA, ConfigError, ETA, K, RELATIVE_SIZE, ReliefSource, Source, SurfaceConfig, Theory};
 use crate::height_field::{MAX_LENGTH_UM, Preset, REGION_SIZE_UM, REGION_SPREAD};
 use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, TOLERANCE};
 
@@ -30,12 +30,15 @@ impl SurfaceConfig {
     /// Validates the configuration for heights from an array; `fill` is accepted without a file.
     ///
     /// # Errors
-    /// The errors of [`SurfaceConfig::validate`].
+    /// [`ConfigError::Contradiction`] for a parameter of presets or files; the errors of [`SurfaceConfig::validate`].
     pub fn validate_for_array(&self) -> Result<(), ConfigError> {
-        // Without a file the default preset would be validated, whose relief the rigorous theory refuses. The flat
-        // preset, which passes, stands for the array.
-        let needs_stand_in = self.theory == Theory::Rigorous && self.filename.is_none();
-        let preset = self.preset.or(needs_stand_in.then_some(Preset::Flat));
+        let is_refused = |name: &&str| !ReliefSource::OF_ARRAYS.contains(name);
+        if let Some(parameter) = self.relief_source().given().find(is_refused) {
+            return contradiction(parameter, "heights from an array", "it is about presets and files");
+        }
+        // The rigorous theory would refuse the relief of the default preset. The flat preset, which passes, stands for
+        // the array.
+        let preset = (self.theory == Theory::Rigorous).then_some(Preset::Flat);
         Self { fill: None, preset, ..self.clone() }.validate()
     }
 
