@@ -139,7 +139,7 @@ impl Below {
 /// offsets of all cells there is one word for each cell, with its `extra`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InterfaceCells {
-    /// Refractive index of the medium, at least 1.
+    /// Refractive index of the medium, above 1: cells of the medium need total reflection.
     pub eta: f64,
     /// Number of cells of the air, with cell −1.
     pub air_cells: u32,

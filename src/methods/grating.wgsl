@@ -148,7 +148,7 @@ fn efficiency_at_wavelength(wavelength: u32, cell: u32, entry: u32, minus: Inter
 
 // Efficiency of the outgoing order with this order number at a wavelength in nm.
 fn efficiency(position: CellPosition, nm: f32, outgoing: u32) -> f32 {
-    // Rounding may exceed the last cell. The longer wavelength below has all cells of the shorter one.
+    // By rounding the cell may lie beyond the last. A wavelength has all cells that waves reach at the next shorter.
     let cell = min(position.cell, grating.cells - 1u);
     let entry = min(position.incident, cell) * (cell + 2u) + outgoing;
     let wavelength = interval_at((nm - grating.first_nm) * grating.steps_per_nm, grating.wavelengths);
