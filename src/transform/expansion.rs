@@ -2,8 +2,8 @@
 //!
 //! With `exp(iκh) = Σ_n a_n(κ) φ_n(h/H)` an order amplitude is `c_j(κ) = Σ_n a_n(κ) DFT{φ_n(h/H)}_j`. So the transforms
 //! depend on neither direction nor wavelength. Here h is the height from the middle of its range and H half the range,
-//! both in µm. κ is the phase rate in rad/µm. Orders j of the tile and the sign of the DFT are those of `mod.rs`. Single
-//! 2014 is listed in docs/model.md#sources.
+//! both in µm. κ is the phase rate in rad/µm. Orders j of the tile and the sign of the DFT are those of `screen.rs`.
+//! Single 2014 is listed in docs/model.md#sources.
 //!
 //! | series | φ_n(u), u = h/H | a_n(κ) |
 //! | --- | --- | --- |

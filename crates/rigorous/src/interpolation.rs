@@ -1,7 +1,7 @@
 //! Lagrange interpolation from coarse to fine nodes, for functions with a Bloch phase b (in turns).
 //!
-//! Interpolation is local, by polynomials of degree 16 in the curve's parameter τ (`nodes.rs`), in which nodes have equal
-//! steps. The response of a metal then couples near nodes only, as [`MetalTable`](crate::MetalTable) requires;
+//! Interpolation is local, by polynomials of degree 16 in the curve's parameter τ (`nodes.rs`), in which nodes have
+//! equal steps. The response of a metal then couples near nodes only, as [`MetalTable`](crate::MetalTable) requires;
 //! trigonometric functions of the whole period would couple all. A value at a node beyond either end of the period is
 //! the value one period away, times the Bloch factor e^{±2πib}.
 
@@ -15,8 +15,8 @@ const REACH: usize = 8;
 /// Number of coarse nodes from which a value is interpolated.
 pub(crate) const WIDTH: usize = 2 * REACH + 1;
 
-/// Lagrange interpolation from coarse nodes to fine nodes. Each coarse node is the middle one of `factor` fine nodes, an
-/// odd number. `Discretisation::new` checks the numbers.
+/// Lagrange interpolation from coarse nodes to fine nodes. Each coarse node is the middle one of `factor` fine nodes,
+/// an odd number, which `Discretisation::new` checks.
 pub(crate) struct Interpolation {
     /// Number of coarse nodes on one period, at least [`WIDTH`].
     nodes: usize,
