@@ -7,7 +7,7 @@ use sunbeam::grating::GratingSurface;
 use sunbeam::lobe::{ColourSurface, SurfaceReport};
 
 /// The parameters of a surface. Those of the relief and its body are left out where they have their default; those of
-/// the theory, after the semicolon, are not.
+/// scalar theory, after the semicolon, are not.
 pub(crate) fn config(config: &SurfaceConfig) -> String {
     let source = match config.source() {
         Source::Preset(preset) => {
@@ -51,7 +51,7 @@ pub(crate) fn tables(report: &SurfaceReport, origin: &Origin) -> String {
     let table = &report.table;
     // Numbers of nodes along x and y that a look-up reads. Each node has a value at each knot in κ, the phase rate.
     let (taps_x, taps_y) = table.taps;
-    // Empty if energy is not conserved.
+    // Empty if energy is not conserved, and for a transparent body.
     let scaled = report.energy.map_or(String::new(), |energy| {
         format!(
             ", mean albedo {:.4} scaled from {:.4} to conserve energy",

@@ -8,7 +8,7 @@ use crate::scattering::{ComplexIndex, Cover, Inside, Pair, Vec3};
 use serde::Serialize;
 use std::sync::Arc;
 
-/// A surface at wavelengths by one of the theories, with the material's reflectance.
+/// A surface by one of the theories, evaluated at wavelengths in nm, with the material's reflectance.
 ///
 /// ```
 /// use sunbeam::table::Progress;

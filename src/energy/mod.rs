@@ -20,7 +20,7 @@
 //!
 //! The table holds `(A − 1)·cos²θ` at its nodes, and is linear between them. It is filled in four steps (`build.rs`):
 //!
-//! 1. Nodes of a grid half as fine get a.
+//! 1. Nodes of a grid with half as many cells on a side get a.
 //! 2. These nodes get t, with a as b. Since a may exceed the divisor, this t only serves as b in step 3.
 //! 3. Nodes of the table get t with the values of step 2 as b, and a margin, but at least b.
 //! 4. Where the table lies below t in the centre of a cell, the cell's corners are raised.
@@ -82,8 +82,8 @@ pub struct AlbedoLayout {
 ///
 /// Packets are arranged `[side][slab][gap][y][x]`, with the gaps between neighbouring planes of wavelength. A table of
 /// a transparent body has the side of air and the side of the medium ([`AlbedoTable::build_of_body`]); others have one.
-/// There is one slab unless the relief has several sizes ([`SizeAxes`]). Each cell has a packet of four words, so that
-/// a look-up takes one read, or two for several sizes. A packet has the corners (x, y), (x + 1, y), (x, y + 1),
+/// A slab is one relative size of the relief; only [`SizeAxes`] have several. Each cell has a packet of four words, so
+/// that a look-up takes one read, or two for several sizes. A packet has the corners (x, y), (x + 1, y), (x, y + 1),
 /// (x + 1, y + 1) of the cell's lower plane of wavelength, then those of its upper plane. Two corners share a word as
 /// 16-bit floats (bfloat16), rounded up, the first in the lower half.
 ///

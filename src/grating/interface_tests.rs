@@ -102,7 +102,7 @@ fn interfaces_conserve_power_and_are_reciprocal() {
             let Some(wo) = order(wi, m, to, nm) else { continue };
             let (there, back) = (SURFACE.eval(wi, wo, nm), SURFACE.eval(wo, wi, nm));
             let [there, back] = [there / index(to).powi(2), back / index(from).powi(2)];
-            // Rounding of t and a in double precision, next to square roots.
+            // Rounding of the wave numbers t and a (`mod.rs`) in double precision, next to square roots.
             assert!((there - back).abs() <= 1e-6 * there.max(1e-3), "{wi:?} {wo:?} {nm}: {there} {back}");
         }
         // Errors of single efficiencies add; they are largest near the critical angle.

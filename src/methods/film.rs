@@ -2,8 +2,8 @@
 //! in pattern and heights (n: refractive index), times the film's angular factor F (scattering/transparent.rs).
 //!
 //! The shader consists of table.wgsl, transparent.wgsl, albedo_grid.wgsl and film.wgsl. Where energy is conserved,
-//! albedos by wavelength are uploaded unchanged. Each channel is divided by the mean albedo over its band, the
-//! wavelengths with the channel's weights.
+//! albedos by wavelength are uploaded unchanged. A colour channel is divided by the mean albedo (at least 1) over
+//! wavelength by the channel's weights.
 
 use super::table::table_shader;
 use super::{AnswerKind, Method, MethodShader};

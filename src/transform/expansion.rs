@@ -2,8 +2,8 @@
 //!
 //! With `exp(iκh) = Σ_n a_n(κ) φ_n(h/H)` an order amplitude is `c_j(κ) = Σ_n a_n(κ) DFT{φ_n(h/H)}_j`. So the transforms
 //! depend on neither direction nor wavelength. Here h is the height from the middle of its range and H half the range,
-//! both in µm. κ is the phase rate in rad/µm, and j an order of the tile (`mod.rs`). Single 2014 is listed in
-//! docs/model.md#sources.
+//! both in µm. κ is the phase rate in rad/µm. Orders j of the tile and the sign of the DFT are those of `screen.rs`.
+//! Single 2014 is listed in docs/model.md#sources.
 //!
 //! | series | φ_n(u), u = h/H | a_n(κ) |
 //! | --- | --- | --- |
@@ -30,7 +30,7 @@ pub enum Series {
 }
 
 /// Number N of Chebyshev terms that represent `exp(iκh)` with an absolute error of at most `tolerance`, for all |h| ≤ H
-/// and κH up to `kappa_h`; at least 1. `tolerance` is 1e-20 or more.
+/// and κH up to `kappa_h`, which is finite; at least 1. `tolerance` is well above 1e-20, to which the sum is taken.
 ///
 /// The error is at most `2 Σ_{n≥N} |J_n(κH)|`. For n > κH the Bessel functions decrease faster than geometrically.
 pub fn chebyshev_terms(kappa_h: f64, tolerance: f64) -> usize {
@@ -47,7 +47,7 @@ pub fn chebyshev_terms(kappa_h: f64, tolerance: f64) -> usize {
 }
 
 /// Number of Taylor terms that represent `exp(iκh)` with an absolute error of at most `tolerance`, for all |h| ≤ H and
-/// κH up to `kappa_h`; at least 1. `tolerance` is positive.
+/// κH up to `kappa_h`, which is finite; at least 1. `tolerance` is positive.
 ///
 /// Rounding is not included; see [`Series::Taylor`].
 pub fn taylor_terms(kappa_h: f64, tolerance: f64) -> usize {
@@ -96,6 +96,7 @@ impl<T: Precision> TermTransform<T> {
         let per_pixel = 1.0 / self.scaled_heights.len() as f64;
         let basis = |u: f64| match self.series {
             Series::Taylor => u.powi(n as i32),
+            // Rounding may take u beyond ±1.
             Series::Chebyshev => (n as f64 * u.clamp(-1.0, 1.0).acos()).cos(),
         };
         let value = |&u: &f64| Complex::new(cast(basis(u) * per_pixel), T::zero());

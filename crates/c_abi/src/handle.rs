@@ -36,8 +36,7 @@ struct FileDescription {
 }
 
 impl FileDescription {
-    /// Describes the file of a configuration; `None` for a preset. It reads the file; the build of the surface reads it
-    /// again.
+    /// Describes the file of a configuration; `None` for a preset. The build of the surface reads the file again.
     fn of(config: &SurfaceConfig) -> Result<Option<Self>, BuildError> {
         if config.filename.is_none() {
             return Ok(None);
@@ -105,10 +104,11 @@ pub unsafe extern "C" fn sunbeam_surface_new(config_json: *const c_char, surface
 /// `heights_um.data + iy * heights_um.stride` and lies at y = `iy * pixel_y_um`; height `ix` of a row lies at
 /// x = `ix * pixel_x_um`. The heights are copied.
 ///
-/// The configuration has the parameters of `sunbeam_surface_new`, except those of presets and files. `level`
-/// defaults to `plane` and `tiling` to `aperiodic`, as for files. Heights that are NaN, infinite or of magnitude
+/// The configuration has the parameters of `sunbeam_surface_new`, except those of presets and files; `fill` is
+/// accepted. `level` defaults to `plane` and `tiling` to `aperiodic`, as for files. With `theory` `rigorous` the
+/// array is one period of a grating, and `aperiodic` is refused. Heights that are NaN, infinite or of magnitude
 /// 1e30 or more are missing points. They are an error unless `fill` is `laplace` or `mean`. More heights than
-/// `build_limit` allows are an error: each takes at least 24 bytes of the 8 GB that a build may take.
+/// `build_limit` allows are an error: each takes at least 24 bytes of `build_limit` times 8 GB.
 ///
 /// `*surface` is null unless the call returns `SUNBEAM_STATUS_OK`. Free it with `sunbeam_surface_free`.
 ///
@@ -183,8 +183,9 @@ pub unsafe extern "C" fn sunbeam_surface_free(surface: *mut SurfaceHandle) {
     });
 }
 
-/// Writes a JSON object with the configuration, the size of the tables and their measured error. For a surface from
-/// a file, its key `file` has the sources of size, unit, orientation and channel, the missing points, and warnings.
+/// Writes a JSON object with the configuration (key `config`), the size of the tables and their measured error. For a
+/// surface from a file, its key `file` has the sources of size, unit, orientation and channel, the missing points, and
+/// warnings.
 ///
 /// `*needed` receives the size of the text in bytes, including the terminating NUL. If `capacity` is smaller,
 /// nothing is written to `buffer`, and the call returns `SUNBEAM_STATUS_BUFFER_TOO_SMALL`. `buffer` may be null if

@@ -16,7 +16,7 @@
 //! ```
 //!
 //! Single 2014 is M. Single's thesis, *An Interactive Shader for Natural Diffraction Gratings* (Bern, 2014). The
-//! presets of snake skins are modelled on its scans, with the period that it measures along x. Therefore the skin of
+//! presets of snake skins are modelled on its scans. The period that it measures lies along x here, so that the skin of
 //! *Elaphe* is rotated by +90° against the published picture.
 
 mod cd;

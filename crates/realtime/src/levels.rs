@@ -13,7 +13,7 @@ const COARSEST_DIVISOR: u32 = 16;
 pub struct Level {
     /// Divisor of the full picture's sides.
     pub divisor: u32,
-    /// Number of rays along each side of a pixel.
+    /// Number of rays along each side of a pixel, at least 1.
     pub supersample: u32,
 }
 

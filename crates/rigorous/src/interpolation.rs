@@ -1,21 +1,22 @@
 //! Lagrange interpolation from coarse to fine nodes, for functions with a Bloch phase b (in turns).
 //!
-//! Interpolation is local, by polynomials of degree 16 in the nodes' parameter τ, not by trigonometric functions of the
-//! whole period. The response of a metal then couples near nodes only, as [`MetalTable`](crate::MetalTable) requires. A
-//! value at a node beyond either end of the period is the value one period away, times the Bloch factor e^{±2πib}.
+//! Interpolation is local, by polynomials of degree 16 in the curve's parameter τ (`nodes.rs`), in which nodes have
+//! equal steps. The response of a metal then couples near nodes only, as [`MetalTable`](crate::MetalTable) requires;
+//! trigonometric functions of the whole period would couple all. A value at a node beyond either end of the period is
+//! the value one period away, times the Bloch factor e^{±2πib}.
 
 use crate::linear::{Matrix, zeros};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// Number of coarse nodes on either side of the nearest one from which a value is interpolated. Larger values take more
-/// time; smaller ones raise the error of interpolation, which is far below that of the quadrature.
+/// time; smaller ones raise the error of interpolation, which is far below that of Nyström's quadrature.
 const REACH: usize = 8;
 /// Number of coarse nodes from which a value is interpolated.
 pub(crate) const WIDTH: usize = 2 * REACH + 1;
 
 /// Lagrange interpolation from coarse nodes to fine nodes. Each coarse node is the middle one of `factor` fine nodes,
-/// an odd number.
+/// an odd number, which `Discretisation::new` checks.
 pub(crate) struct Interpolation {
     /// Number of coarse nodes on one period, at least [`WIDTH`].
     nodes: usize,
@@ -55,7 +56,9 @@ impl Interpolation {
             for (j, &weight) in self.weights[fine % factor].iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
                 // Index of the coarse node plus n, so that it is never negative.
                 let shifted = fine / factor + j + n - REACH;
-                let (periods, node) = ((shifted / n) as f64 - 1.0, shifted % n);
+                // Its period: −1, 0 or 1.
+                let periods = (shifted / n) as f64 - 1.0;
+                let node = shifted % n;
                 let mut into = result.column_mut(node);
                 // Within the period the weight is real, which halves the multiplications.
                 if periods == 0.0 {
@@ -85,7 +88,7 @@ mod tests {
             let sum: Complex64 = (0..n).map(|j| interpolation[(i, j)] * wave((j as f64 + 0.5) / n as f64)).sum();
             let exact = wave((i as f64 + 0.5) / (n * factor) as f64);
             // The remainder of the Lagrange polynomial, at most (8!)²/17! times the 17th power of the phase between
-            // nodes, is 6e-12: the wave has 2.3 periods on 32 nodes.
+            // nodes, is 6e-12: the wave has 2.3 periods on 32 nodes. The smallest weight exceeds 1e-6.
             assert!((sum - exact).norm() < 1e-9, "{i}: {sum}, not {exact}");
         }
     }

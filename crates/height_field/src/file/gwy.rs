@@ -185,14 +185,14 @@ fn entries(container: Object) -> Result<BTreeMap<usize, Entry>, String> {
     Ok(entries)
 }
 
-/// Reads the channel that `channel_option` names (number or title), or the default one of `channel.rs`.
+/// Reads the channel that `channel_option` names (number or title), or the default one of [`channel::choose`].
 pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     let mut body = Bytes::new(bytes.strip_prefix(MAGIC).ok_or("it does not begin with \"GWYP\"")?);
     let container = Object::read(&mut body)?;
     if container.type_name != b"GwyContainer" {
         return Err("it holds no \"GwyContainer\"".to_owned());
     }
-    // Data field and mask (if any) of each channel, in the order of `channels`.
+    // Data field and mask (if any) of each channel, in the order of `channels`. The choice needs the unit of every one.
     let mut fields = Vec::new();
     let mut channels = Vec::new();
     for (number, entry) in entries(container)? {
@@ -215,7 +215,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
         if mask.size != field.size {
             return Err(format!("the mask has {} × {} points, the channel {nx} × {ny}", mask.size.0, mask.size.1));
         }
-        // A mask is positive at missing points.
+        // Masked points (positive) count as missing, whatever the mask was made for.
         for (value, masked) in values.iter_mut().zip(Number::F64.decode(mask.data)) {
             if masked > 0.0 {
                 *value = f64::NAN;

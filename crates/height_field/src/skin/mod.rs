@@ -91,7 +91,7 @@ struct Lattice {
     warp_x: Array2<f64>,
     /// Displacement along y in µm, added to the coordinate of pixel `[[iy, ix]]`.
     warp_y: Array2<f64>,
-    /// Shift of each layer against the lattice, in finger periods.
+    /// Shift of each layer against the lattice towards −y, in finger periods.
     layer_shift: Vec<f64>,
 }
 

@@ -54,7 +54,7 @@ impl<'a> Patch<'a> {
         let (i, j) = self.scale;
         let rows = self.lattice.rows_along;
         let mirrored = |other: Edge| {
-            // Reflection about the line i through the scale's centre. The components x and y of a point are i and j.
+            // Reflection about the line of equal i through the scale's centre. A point's components x, y are i and j.
             let point = self.edge(other, 1.0 - t);
             DVec2::new(2.0 * i as f64 - point.x, point.y)
         };

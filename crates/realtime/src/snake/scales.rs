@@ -71,7 +71,7 @@ impl Scales {
         }
     }
 
-    /// The visible scale at `u`, `v` in [0, 1].
+    /// The visible scale at `u` along and `v` around the body, in [0, 1].
     pub(super) fn at(&self, u: f64, v: f64) -> Spot {
         let point = DVec2::new(u, v) * self.lattice.size();
         let scale = self.lattice.visible_scale(point);
@@ -84,7 +84,8 @@ impl Scales {
         }
     }
 
-    /// Height in cm of scale (i, j) over the smooth skin at a point of the lattice, continued beyond the scale's edges.
+    /// Height in cm of scale (i, j) over the smooth skin at a point of the lattice, in half scales (lattice.rs). It is
+    /// continued beyond the scale's edges.
     ///
     /// The height is 0 on the feet of the two upper scales, so that the scale stays below them there.
     pub(super) fn height_cm(&self, (i, j): (i64, i64), point: DVec2) -> f64 {

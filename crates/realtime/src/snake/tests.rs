@@ -88,7 +88,7 @@ fn the_mesh_is_one_consistently_oriented_sheet() {
     assert!(directed.values().all(|&count| count == 1));
     let rim: HashMap<u32, u32> = directed.keys().copied().filter(|&(a, b)| !directed.contains_key(&(b, a))).collect();
     // The sheet is 27 half scales long and 17 wide, so its rim cuts through 17 + 27 scales. It has six edges (twice
-    // `half_cells`) along each of these, and one down from each of 27 tips on it.
+    // `half_cells`) along each of these, and one down the wall at each of 27 tips on it.
     assert_eq!(rim.len(), 6 * (17 + 27) + 27);
     let (&start, _) = rim.iter().next().unwrap();
     let mut around = vec![start];
@@ -189,7 +189,7 @@ fn triangles_are_not_degenerate_and_keep_the_orientation_of_the_texture() {
             }
         }
         let middle = quantile(&mut areas, 0.5);
-        // The smallest triangles lie where walls begin, at the flanks of scales.
+        // The areas are sorted. The smallest triangles lie where walls begin, at the flanks of scales.
         assert!(areas[0] > 0.01 * middle, "slivers: {} against {middle}", areas[0]);
     }
 }
@@ -201,7 +201,7 @@ const TANGENT_MEDIAN_DEG: f64 = 0.6;
 const TANGENT_P90_DEG: f64 = 2.0;
 /// Largest accepted maximum of these angles.
 const TANGENT_MAX_DEG: f64 = 7.0;
-/// Largest accepted median of the angles at corners on walls, where the relief has no meaning.
+/// Largest accepted median of the angles at corners on walls, whose shading normals are those of the scales.
 const TANGENT_WALL_DEG: f64 = 12.0;
 
 #[test]
