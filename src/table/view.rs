@@ -60,8 +60,8 @@ impl<N: Numbers> TableView<N> {
         self.density_of(f, kappa, None, active)
     }
 
-    /// [`TableView::density`] with the widths of all orders, but not their peaks, multiplied by `window`, in (0, 1]. `None`
-    /// stands for 1. Tables whose nodes are not orders need `None`.
+    /// [`TableView::density`] with the widths of all orders, but not their peaks, multiplied by `window`, which is in
+    /// (0, 1]. `None` stands for 1. Tables whose nodes are not orders need `None`.
     #[inline(always)]
     pub(crate) fn density_of(
         &self,
