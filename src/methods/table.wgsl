@@ -37,7 +37,7 @@ struct Table {
     inner_spacing: f32,
     // Spacing of the outer rings over their radius.
     growth: f32,
-    // Scale of w above which the logarithmic part of the knots is spaced logarithmically.
+    // Scale of w above which the knots of `knots_per_efold` are spaced logarithmically.
     w_log: f32,
     // Addend that makes the stored exponent of a coefficient the biased exponent of a single-precision number.
     exponent_offset: u32,

@@ -35,8 +35,8 @@ pub(super) struct Recipe {
     pub(super) config: SurfaceConfig,
     /// Index at construction; `None` for a perfect reflector.
     pub(super) index: Option<SpectralIndex>,
-    /// Whether colours include the interface's factor of this index: it is known at construction. Spectral tables never
-    /// do.
+    /// Whether colours include the interface's factor of this index. They do if it is known at construction; spectral
+    /// tables never do.
     pub(super) includes_interface: bool,
     /// Whether the variant carries Stokes vectors.
     pub(super) polarised: bool,

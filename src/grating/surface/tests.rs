@@ -206,7 +206,7 @@ fn albedo_is_the_sum_of_the_efficiencies() {
 fn samples_follow_their_density() {
     let (surface, wi, nm) = (tabulated(20.0), direction(0.5, 0.4), 550.0);
     let sigma = surface.layout().sigma_per_um;
-    // The part of the density without the uniform one integrates to its share. No order lies near the horizon, where
+    // Without its uniform part, the density integrates to the remaining fraction. No order lies near the horizon, where
     // samples would be lost. Divided by cosθo, a density over solid angle becomes one over direction cosines.
     let integral =
         over_orders(wi, nm, sigma, |wo| (surface.pdf(wi, wo, &[nm]) - UNIFORM_FRACTION * SQUARE_PDF) / wo[2]);

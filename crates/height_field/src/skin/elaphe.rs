@@ -35,7 +35,7 @@ const TIP_LENGTH: f64 = 0.16;
 /// Position along a layer, in layer periods, beyond which no finger is drawn, to save time. Few random tips reach it.
 const REACH: f64 = 1.3;
 
-/// Shape of the fingers. They lean towards +y, by `lean` finger periods per layer period.
+/// Shape of the fingers. A negative `lean`, in finger periods per layer period, is towards +y.
 const SHAPE: FingerShape = FingerShape { lean: -0.06, flank: FLANK, reach: REACH, half_width, surface_um };
 
 /// Height of a layer's surface at `t`, in µm; at t < 0 it lies under the previous layer.

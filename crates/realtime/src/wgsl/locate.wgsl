@@ -13,9 +13,8 @@
 // Each list has an entry point of its own, because adapters run several pixels in lockstep, and all wait for the
 // slowest one.
 //
-// *Skin* is the surface of the mesh, and n the number of pixels. A picture is the mean of samples, each with another
-// position in the pixels. `frame` (frame.wgsl) is the uniform of one sample: camera, sun, ground and size of the
-// picture.
+// *Skin* is the surface of the mesh, and n the number of pixels. A picture is the weighted mean of *samples* with one
+// ray for each pixel. `frame` (frame.wgsl) is the uniform of a sample: camera, sun, ground and size of the picture.
 //
 // A film (`frame.film_eta`) is lit from both sides and lets light pass (sheet.wgsl). Its pixels are all in `rest`: rays
 // find the sunlight behind other parts of the film, and the sunlit ground behind it.
@@ -199,8 +198,7 @@ fn locate_skin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
 }
 
 // Intersection of a pixel's ray with the mesh: with the rasteriser's triangle, or with the nearest triangle if the ray
-// misses that one. Without a triangle of the rasteriser it is a miss: at silhouettes, where its rounding may lose one,
-// no ray corrects that.
+// misses that one. Without a triangle of the rasteriser it is a miss, even if rounding lost one at a silhouette.
 fn locate_intersection(pixel: vec2<u32>, ray: vec3<f32>) -> Hit {
     // The texture holds the triangle plus 1.
     let seen_triangle = textureLoad(seen, pixel, 0).x;
