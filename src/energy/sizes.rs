@@ -85,6 +85,7 @@ pub(super) fn build(
 ) -> (AlbedoTable, AlbedoReport) {
     // Read before widths and λ" are set below, on which they depend.
     let (cells, planes_of_one_size) = resolution(integral);
+    // Ridges, narrow maxima of the albedo (`integral.rs`), need more slabs.
     let slab_phase = if integral.has_ridges() { SLAB_PHASE_OF_RIDGES } else { SLAB_PHASE };
     let (planes, axes) = SizeAxes::covering(sizes, planes_of_one_size, integral.phase_max(), slab_phase);
     // With sizes, a look-up does not read the two numbers that are 0.

@@ -230,7 +230,8 @@ impl TransparentBody {
         let normal = w.abs().max(lit(self.normal_min));
         let sign = N::Double::select(w.lt(zero), N::Double::lit(-1.0), N::Double::lit(1.0));
         let tangential = [0, 1].map(|i| (wi.tangential[i] + wo.tangential[i]) * sign);
-        // k·k0·cosφ = −(Ki·Ko)_xy.
+        // k·k0·cosφ = −(Ki·Ko)_xy. With a direction along the normal φ is arbitrary and cosφ is 0 here: the sum over
+        // that direction's states does not depend on φ.
         let eps = self.eta * self.eta;
         let dot = wi.tangential[0].fma(wo.tangential[0], wi.tangential[1] * wo.tangential[1]);
         let sines = wi.length * wo.length;

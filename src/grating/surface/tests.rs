@@ -70,6 +70,7 @@ impl OrderSolver for ClosedForm {
     }
 }
 
+/// The surface of the closed form with 1 or 2 sides.
 fn tabulated_on(sides: usize, coherence_length_um: f64) -> GratingSurface {
     let solver = ClosedForm { sides };
     GratingSurface::tabulate(PERIOD_UM, coherence_length_um, &solver, TABLE_RESOLUTION, &Progress::none()).unwrap()
