@@ -11,19 +11,19 @@
 
 namespace sunbeam {
 
-/// Parameters of the surface that are given, as a JSON object for the bridge's `new_surface`. Textures of `scale` and
+/// The given parameters that Rust reads, as a JSON object for the bridge's `new_surface`. Textures of `scale` and
 /// `depth` are left out. `filename` becomes an absolute path. Refuses a missing file and numbers that are not finite.
 std::string surface_json(const mitsuba::Properties &props);
 
 /// Whether a parameter is given as one number.
 bool is_number(const mitsuba::Properties &props, const char *name);
 
-/// Index of the cover: `cover_eta`, a number, the name of a medium, or a spectrum at the sodium line. Returns nothing
-/// without a cover.
+/// Index of the cover by `cover_eta`: a number, the name of a medium, or a spectrum, of which the value at the sodium
+/// line (589.3 nm) is taken. Returns nothing without a cover.
 std::optional<double> cover_index(const mitsuba::Properties &props);
 
 /// Index of a body that transmits: `eta`, or `int_ior` over `ext_ior`. Returns nothing for a surface that only
-/// reflects. Refuses parameters that contradict transmission.
+/// reflects. Refuses parameters that contradict transmission, and an outer medium other than air or vacuum.
 std::optional<double> transparent_index(const mitsuba::Properties &props);
 
 /// Name of the material, or "none". Refuses unknown materials, `material` together with `eta` or `k`, and `k` without

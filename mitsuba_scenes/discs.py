@@ -31,8 +31,8 @@ HEIGHT_CM = 0.12
 LAYER_CM = 0.002
 # Camera, as far away as a person at a table.
 DISC_VIEW = View(origin_cm=(0, -40, 43), target_cm=(0, -0.2, 0), fov_deg=13.8)
-# Width of the coherence window, relative to the pitch of the tracks. Wider windows show streaks of the preset's tile:
-# it repeats a few hundred pits, while a pixel sees thousands of pits of a disc, all different.
+# Width of the coherence window, over which light interferes, relative to the pitch of the tracks. Wider ones show
+# streaks of the preset's tile: it repeats a few hundred pits, while a pixel sees thousands, all different.
 WINDOW_TRACKS = 10
 # Relative error of the tables, above the default: the colours are smooth, and the build takes half the time.
 TOLERANCE = 1e-2
@@ -86,7 +86,7 @@ def disc(kind: Format) -> dict:
     """The disc as entries of a scene dictionary: horizontal disks of decreasing radius, each slightly above the last.
 
     From below: a mirror without tracks up to the rim, the tracks, a mirror inside the tracks, the hub without metal,
-    and ground in the hole.
+    and ground in the hole. For simplicity the mirrors have no polycarbonate over them.
     """
     mirror = {"type": "conductor", "material": "Al"}
     # An opaque grey in place of clear polycarbonate, through which the path tracer would hit the lamps by chance alone.
@@ -110,7 +110,7 @@ def disc(kind: Format) -> dict:
 
 
 def window(kind: Format) -> dict:
-    """A window behind the disc and a dim room, as entries of a scene dictionary."""
+    """A room's window behind the disc and the dim light of the room, as entries of a scene dictionary."""
     transform = mi.ScalarTransform4f()
     # It faces the disc at the origin. Mitsuba's rectangle has sides of 2.
     place = transform.look_at(list(kind.window_centre_cm), [0, 0, 0], [0, 0, 1])

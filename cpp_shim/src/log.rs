@@ -30,7 +30,7 @@ mod ffi {
 }
 
 /// Time before the first progress line, and between two lines. A shorter interval also reports quick builds; a longer
-/// one leaves slow builds silent.
+/// one leaves slow builds silent for longer.
 const LOG_INTERVAL: Duration = Duration::from_secs(2);
 
 /// Warnings of the library. Each text is written once per process.

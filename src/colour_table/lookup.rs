@@ -5,7 +5,7 @@
 //! direction and w. The words of coefficients are those of `pack.rs`. Formulas of positions are those of
 //! [`ColourLayout`] and [`Ring`].
 //!
-//! `src/methods/table.wgsl` is the counterpart in WGSL, with the same arithmetic. Tests of the method `table` in
+//! `src/methods/table.wgsl` is the counterpart in WGSL, with the same formulas. Tests of the method `table` in
 //! crates/realtime compare the two.
 
 use super::pack::MANTISSA_BITS;

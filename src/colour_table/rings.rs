@@ -100,9 +100,10 @@ impl RingPlan {
     }
 }
 
-/// Number of directions on a ring, which are at most `spacing` apart (in direction cosines) on the group's outer edge.
+/// Number of directions on a ring: at most `spacing` (in direction cosines) apart at the outer radius of its group.
 fn directions(radius: f64, spacing: f64) -> usize {
-    // Group g has radii from 2·GROUP_RATIO^(−g − 1) to 2·GROUP_RATIO^(−g); group 0 also has the rings beyond 2.
+    // Group g has radii from 2·GROUP_RATIO^(−g − 1) to 2·GROUP_RATIO^(−g). Group 0 also has the rings beyond 2, which
+    // only look-ups near 2 read.
     let group = (2.0 / radius).log(GROUP_RATIO).floor().max(0.0);
     let outer_radius = 2.0 * GROUP_RATIO.powf(-group);
     ((TAU * outer_radius / spacing).ceil() as usize).max(DIRECTIONS_MIN)

@@ -2,8 +2,9 @@
 //! its heights.
 //!
 //! The albedo of a resized relief depends on two wavelengths ([`Reading`](crate::scattering::Reading)). λ' = λ/s sets
-//! the frequencies (u, v)/λ', and λ" = λ/d the phase rate κ = 2πw/λ". Planes are uniform in log λ', and *slabs* of
-//! planes are uniform in 1/λ", to which the phase of the heights is proportional.
+//! the frequencies (u, v)/λ', and λ" = λ/d the phase rate κ = 2πw/λ". A *plane* is the grid over directions at one λ'
+//! and one λ", and a *slab* has all planes of one λ". Planes are uniform in log λ', and slabs in 1/λ", to which the
+//! phase of the heights is proportional.
 
 use super::build::{Group, resolution};
 use super::{AlbedoIntegral, AlbedoLayout, AlbedoReport, AlbedoTable, NODES_DONE};
@@ -52,7 +53,7 @@ impl SizeAxes {
         (planes, axes)
     }
 
-    /// Wavelength λ' in nm at a position among the planes.
+    /// Wavelength λ' in nm at the position `at` among the planes, in planes from the first.
     pub(super) fn plane_nm(&self, at: f64) -> f64 {
         (f64::from(self.log_wavelength_min) + at / f64::from(self.planes_per_octave)).exp2()
     }
@@ -84,11 +85,12 @@ pub(super) fn build(
 ) -> (AlbedoTable, AlbedoReport) {
     // Read before widths and λ" are set below, on which they depend.
     let (cells, planes_of_one_size) = resolution(integral);
+    // Ridges, narrow maxima of the albedo (`integral.rs`), need more slabs.
     let slab_phase = if integral.has_ridges() { SLAB_PHASE_OF_RIDGES } else { SLAB_PHASE };
     let (planes, axes) = SizeAxes::covering(sizes, planes_of_one_size, integral.phase_max(), slab_phase);
     // With sizes, a look-up does not read the two numbers that are 0.
     let layout = AlbedoLayout { cells, planes, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: Some(axes) };
-    // Distance in λ' to the next plane, relative to a plane's λ'.
+    // Distance in λ' from a plane to the next, relative to its λ'.
     let growth = (1.0 / f64::from(axes.planes_per_octave)).exp2() - 1.0;
     let group = |at: f64| {
         let nm = axes.plane_nm(at);

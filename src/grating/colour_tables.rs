@@ -85,8 +85,8 @@ pub struct ColourTables {
 impl ColourTables {
     /// Builds the tables of a grating. Returns their layout and data.
     pub(super) fn build(grating: &GratingSurface) -> (Self, Vec<u32>) {
-        // An order changes the wave number along x by 2πm/d, at most from −2πn/λ to 2πn/λ: |m| ≤ 2nd/λ, with the larger
-        // index n of both sides. d is in µm and λ in nm.
+        // An order changes the wave number along x by 2πm/d, at most from −2πn/λ to 2πn/λ, with the larger index n of
+        // both sides: |m| ≤ 2nd/λ. d is in µm and λ in nm.
         let efficiencies = grating.layout().efficiencies;
         let orders = (2e3 * grating.layout().period_um * efficiencies.eta_below() / WAVELENGTH_MIN_NM) as u32;
         let sides = if efficiencies.transmits() { 2 } else { 1 };
@@ -120,8 +120,8 @@ impl ColourTables {
     }
 
     /// Colour of order 0's efficiency, linear sRGB, from the projection of the incident direction onto the xz plane:
-    /// its length `√(1 − y²)`, and the cosine of the angle between it and the normal. `kind` is the position of an
-    /// [`OrderZero`].
+    /// the cosine of the angle between it and the normal, and its length `√(1 − y²)`. `kind` is an [`OrderZero`] as a
+    /// number.
     #[inline(always)]
     pub(super) fn order_zero<N: Numbers>(
         &self,

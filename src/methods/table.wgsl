@@ -1,5 +1,5 @@
 // Look-up in the colour table: the relief's factor in linear sRGB over q = wi + wo = (u, v, w); counterpart of
-// src/colour_table/lookup.rs, with the same arithmetic.
+// src/colour_table/lookup.rs, with the same formulas.
 //
 // The relief's factor is the reflectance without Fresnel factor, obliquity and shadowing. u, v and w are sums of
 // direction cosines, w = cosθi + cosθo.
@@ -19,25 +19,25 @@ struct Ring {
     directions: u32,
     // Number of coefficients over w.
     w_count: u32,
-    // Uniform part of the spacing of knots: knots per unit of w.
+    // Uniform part of the density of knots: knots per unit of w.
     knots_per_w: f32,
-    // Logarithmic part of the spacing of knots: knots per e-fold of 1 + w/w_log.
+    // Logarithmic part of the density of knots: knots per e-fold of 1 + w/w_log.
     knots_per_efold: f32,
-    // The spline's value times (w² + zero_squared)/(w² + knee_squared) is the colour, which falls near w = 0
-    // (src/colour_table/fit.rs).
+    // The colour is the spline's value times (w² + zero_squared)/(w² + knee_squared): below the knee it falls as w²,
+    // down to a constant where w² < zero_squared (src/colour_table/fit.rs).
     knee_squared: f32,
-    // Constant of the numerator of this factor.
     zero_squared: f32,
     _pad: u32,
 }
 
-// Layout of the table; counterpart of `TableUniform` in table.rs.
+// Layout of the table; counterpart of `TableUniform` in table.rs. The members from `albedo_cells` to `body_normal_min`
+// are read by other files of this folder.
 struct Table {
     // Spacing of the rings near the centre, in u and v.
     inner_spacing: f32,
     // Spacing of the outer rings over their radius.
     growth: f32,
-    // Scale of w above which knots are spaced logarithmically.
+    // Scale of w above which the knots of `knots_per_efold` are spaced logarithmically.
     w_log: f32,
     // Addend that makes the stored exponent of a coefficient the biased exponent of a single-precision number.
     exponent_offset: u32,

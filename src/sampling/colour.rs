@@ -7,7 +7,7 @@
 //! F(u, v, w)                            linear sRGB, the reflectance without its angular factors (src/colour_table)
 //! G = (u² + v² + w²)²/w²                4 O cosθi cosθo for Stam's obliquity factor O; 1 for other factors
 //! M_b(u, v) = Σ_channels max(F·G, 0)    mass of a node, summed over quadrature points in slice b
-//! count, unit                           stored masses are whole numbers of counts; unit is a slice's mass of one count
+//! count, unit                           stored masses are whole numbers of counts; a slice's unit is the mass of one
 //! block                                 4 × 4 nodes, for which sums are stored; squares are widened to whole blocks
 //! M(u, v)                               mix of the M_b of two neighbouring slices, about a typical w of the incidence
 //! passage                               incident wave vector, and largest tangential length (reach) of outgoing ones

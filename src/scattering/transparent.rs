@@ -80,7 +80,7 @@ impl Transmission {
 /// A lossless medium below the relief, and its lower boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TransparentBody {
-    /// Index of the medium.
+    /// Index n of the medium, at least 1.
     pub eta: f64,
     /// Whether a flat side bounds the medium below, with air behind it. Otherwise it is a half-space.
     pub is_film: bool,
@@ -123,7 +123,7 @@ pub(crate) struct BodyWave<N: Numbers> {
 pub(crate) struct TransparentPair<N: Numbers> {
     /// Tangential part of `Ki + Ko` over n, with the sign that makes [`TransparentPair::normal`] positive.
     tangential: [N::Double; 2],
-    /// `|w|` over n.
+    /// `|w|` over n, at least [`TransparentBody::normal_min`].
     normal: N::Real,
     /// `4 ζ ζ0 (ε − 1)²/w² · |B|² τ τ0` of the states ss, sp, ps and pp; the first letter is the outgoing state.
     pub powers: [N::Real; 4],
@@ -152,8 +152,8 @@ impl TransparentBody {
         self.pair(&self.wave::<Plain<'_, f64>>(wi), &self.wave(wo)).factor()
     }
 
-    /// Transmittance of a flat film for unpolarised light at a cosine with the normal, without light that is reflected
-    /// between its two sides.
+    /// Transmittance of a flat film for unpolarised light at a cosine with the normal in air, without light that is
+    /// reflected between its two sides.
     pub fn transmittance(self, cos: f64) -> f64 {
         // Transmittances depend on z alone, so the vector need not have unit length.
         let [s, p] = self.wave::<Plain<'_, f64>>([0.0, 0.0, cos]).refracted;
@@ -230,7 +230,8 @@ impl TransparentBody {
         let normal = w.abs().max(lit(self.normal_min));
         let sign = N::Double::select(w.lt(zero), N::Double::lit(-1.0), N::Double::lit(1.0));
         let tangential = [0, 1].map(|i| (wi.tangential[i] + wo.tangential[i]) * sign);
-        // k·k0·cosφ = −(Ki·Ko)_xy.
+        // k·k0·cosφ = −(Ki·Ko)_xy. With a direction along the normal φ is arbitrary and cosφ is 0 here: the sum over
+        // that direction's states does not depend on φ.
         let eps = self.eta * self.eta;
         let dot = wi.tangential[0].fma(wo.tangential[0], wi.tangential[1] * wo.tangential[1]);
         let sines = wi.length * wo.length;
@@ -258,8 +259,8 @@ impl TransparentBody {
         TransparentPair { tangential, normal, powers: powers.map(|power| power * scale), per_solid_angle }
     }
 
-    /// `(ε − 1)/|w|`, with w over n. For n = 1 it is 0/0 where light goes straight on. Reflected light then has 0, and
-    /// transmitted light `s0`, the limit at the refracted direction.
+    /// `(ε − 1)/|w|`, with w over n. For n = 1 it is 0/0 where light goes straight on. It is then 0 in reflection,
+    /// and in transmission `s0`, the limit at the refracted direction.
     #[inline(always)]
     fn contrast_over_normal<N: Numbers>(self, is_reflected: N::Mask, normal: N::Real, wi: &BodyWave<N>) -> N::Real {
         if self.eta == 1.0 {
@@ -330,7 +331,7 @@ impl<N: Numbers> TransparentPair<N> {
         self.tangential
     }
 
-    /// `|w|` over n.
+    /// `|w|` over n, at least [`TransparentBody::normal_min`].
     #[inline(always)]
     pub(crate) fn normal(&self) -> N::Real {
         self.normal

@@ -60,8 +60,8 @@ impl<N: Numbers> TableView<N> {
         self.density_of(f, kappa, None, active)
     }
 
-    /// [`TableView::density`] with the widths of all orders, but not their peaks, multiplied by `window`, at most 1.
-    /// `None` stands for 1. Tables whose nodes are not orders need `None`.
+    /// [`TableView::density`] with the widths of all orders, but not their peaks, multiplied by `window`, which is in
+    /// (0, 1]. `None` stands for 1. Tables whose nodes are not orders need `None`.
     #[inline(always)]
     pub(crate) fn density_of(
         &self,
@@ -244,7 +244,8 @@ fn kernel_weight<R: Real>(kernel: InterpolationKernel, distance: R) -> R {
 }
 
 /// Weights of the numbers in a node's record at one κ, as in [`super::NodeCurve`]. With κ₀ = `kappa_knee` and the
-/// spline Q, `P(κ) = header_factors · [P(0), P'(0)] + spline_factor·Q(κ)` and `D(κ) = D(0) + spline_factor·Q(κ)`.
+/// spline Q, a power is `P(κ) = header_factors · [P(0), P'(0)] + spline_factor·Q(κ)`, where P(0) and P'(0) are its
+/// *header*. An amplitude is `D(κ) = D(0) + spline_factor·Q(κ)`.
 struct Curve<N: Numbers> {
     /// First packet read, in packets from the start of a node's coefficients.
     packet: N::Index,
@@ -285,7 +286,7 @@ impl<N: Numbers> Curve<N> {
         }
     }
 
-    /// Contribution of a power's header, from `P(0)` and `P'(0)`.
+    /// Contribution of a power's header: `zero` is P(0), `slope` is P'(0).
     #[inline(always)]
     fn header(&self, zero: N::Real, slope: N::Real) -> N::Real {
         self.header_factors[1].fma(slope, self.header_factors[0] * zero)

@@ -20,7 +20,7 @@ use sunbeam::table::WAVELENGTH_MIN_NM;
 /// # Errors
 /// The errors of [`SpectralIndex::sampled`].
 pub(super) fn spectral_index(samples: &ffi::IndexSamples) -> Result<Option<SpectralIndex>, SpectralIndexError> {
-    // Pairs of wavelength and value; none without values. A constant becomes one sample, at an arbitrary wavelength,
+    // Pairs of wavelength and value; none without values. A constant becomes one sample. Its wavelength is arbitrary,
     // because `linear` is constant beyond the ends.
     let samples_of = |nm: &[f64], values: &[f64]| -> Vec<(f64, f64)> {
         let wavelengths = if nm.is_empty() { &[WAVELENGTH_MIN_NM] } else { nm };

@@ -15,7 +15,8 @@ use sunbeam::grating::{GratingColourSurface, GratingSurface, JonesTable};
 use sunbeam::lobe::{self, ColourSurface};
 use sunbeam::scattering::{RELATIVE_SIZE, SizeRange, SpectralIndex};
 
-/// Excess over 1 that is accepted for sizes in textures: rounding in single precision, about 100 times its step.
+/// Excess over 1 that is accepted for sizes in textures (factors `scale` and `depth`): rounding in single precision,
+/// about 100 times its step.
 const SIZE_ROUNDING: f32 = 1e-5;
 
 /// The Rust side of a BSDF instance.
@@ -34,7 +35,8 @@ pub(super) struct Recipe {
     pub(super) config: SurfaceConfig,
     /// Index at construction; `None` for a perfect reflector.
     pub(super) index: Option<SpectralIndex>,
-    /// Whether colours include the interface's factor of this index. Spectral tables never do.
+    /// Whether colours include the interface's factor of this index. They do if it is known at construction; spectral
+    /// tables never do.
     pub(super) includes_interface: bool,
     /// Whether the variant carries Stokes vectors.
     pub(super) polarised: bool,
@@ -85,7 +87,7 @@ impl Recipe {
 /// Range of sizes for which tables are built, from the ranges of the textures' values; `None` without textures.
 ///
 /// # Errors
-/// Values of a texture that are not in (0, 1].
+/// A texture with a negative value, one above 1, or none above 0.
 fn size_range(sizes: &ffi::TextureSizes) -> Result<Option<SizeRange>, PluginError> {
     if !sizes.given {
         return Ok(None);

@@ -60,9 +60,10 @@ pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let field = Preset::Sinusoidal.build(None, None)?;
     // The published methods accept only these options. Energy conservation changes the WGSL of `table`.
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
+    // The values of `Options::default`.
     let (coherence_length_um, build_limit) = (65.0, 1.0);
-    // A film of index 1.5.
-    let film = Options { body: Some(TransparentBody::new(1.5, true, coherence_length_um)), ..patch.clone() };
+    let is_film = true;
+    let film = Options { body: Some(TransparentBody::new(1.5, is_film, coherence_length_um)), ..patch.clone() };
     let default = MethodOptions::default();
     let gems = MethodOptions { stam_form: StamForm::Gems, ..default };
     // A perfect conductor. At a period of 0.3 µm few orders propagate, so that the solution is quick.

@@ -33,7 +33,7 @@ fn cos(t: f64, a: f64) -> f64 {
 /// in units of 2π/d.
 fn efficiency(t: f64, a: f64, c: f64, nm: f64) -> f64 {
     let (m, fade) = (c - a, (nm / 600.0).recip());
-    0.2 * fade * (-0.3 * m.abs()).exp() * (1.0 + 0.5 * (0.7 * (a - c)).sin()) * (cos(t, a) * cos(t, c)).sqrt().min(1.0)
+    0.2 * fade * (-0.3 * m.abs()).exp() * (1.0 + 0.5 * (0.7 * (a - c)).sin()) * (cos(t, a) * cos(t, c)).sqrt()
 }
 
 /// Factor of a film's efficiencies between the wave number `a` on the side `from` and `c` on the side `to`; side 0 is
@@ -70,6 +70,7 @@ impl OrderSolver for ClosedForm {
     }
 }
 
+/// The surface of the closed form with 1 or 2 sides.
 fn tabulated_on(sides: usize, coherence_length_um: f64) -> GratingSurface {
     let solver = ClosedForm { sides };
     GratingSurface::tabulate(PERIOD_UM, coherence_length_um, &solver, TABLE_RESOLUTION, &Progress::none()).unwrap()
@@ -206,8 +207,8 @@ fn albedo_is_the_sum_of_the_efficiencies() {
 fn samples_follow_their_density() {
     let (surface, wi, nm) = (tabulated(20.0), direction(0.5, 0.4), 550.0);
     let sigma = surface.layout().sigma_per_um;
-    // The density integrates to one; no order lies near the horizon, where samples would be lost.
-    // Divided by cosθo, a density over solid angle becomes one over direction cosines.
+    // Without its uniform part, the density integrates to the remaining fraction. No order lies near the horizon, where
+    // samples would be lost. Divided by cosθo, a density over solid angle becomes one over direction cosines.
     let integral =
         over_orders(wi, nm, sigma, |wo| (surface.pdf(wi, wo, &[nm]) - UNIFORM_FRACTION * SQUARE_PDF) / wo[2]);
     assert!((integral - (1.0 - UNIFORM_FRACTION)).abs() < 2e-3, "{integral}");

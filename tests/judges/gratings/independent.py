@@ -40,7 +40,8 @@ def lamellar_modes(
     The field in a groove is a sum of modes of a waveguide with metal walls and bottom, in closed form. Mode m has the
     wave number μ_m = mπ/width across the groove, r_m = √(k² − μ_m²) along z, and the amplitude a_m. Fourier
     coefficients match the modes to the plane waves at the top of the ridges, z = 0. s is the distance from the groove's
-    left wall, the origin of x. There are half as many modes as orders, since the groove is half of the period.
+    left wall, the origin of x. There are half as many modes as orders, since the groove is half of the period. No order
+    may graze (β_n = 0), nor a mode resonate in TE (sin(r_m height) = 0) or TM (cos(r_m height) = 0).
     """
     waves = _waves(period, wavelength_nm, theta_i_deg, evanescent)
     width, alpha, beta, k = 0.5 * period, waves.alpha, waves.beta, waves.k

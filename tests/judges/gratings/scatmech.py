@@ -13,7 +13,7 @@ import numpy as np
 from mitsuba_scenes.environment import REPOSITORY, SetupError
 
 REQUIREMENTS = REPOSITORY / "requirements-judges.lock"
-# No higher order propagates in air for periods of up to 15 wavelengths.
+# No higher order propagates in air for periods of up to 15 wavelengths, at any angle of incidence.
 ORDERS = 30
 # Stokes parameters I and Q of s and of p.
 STATES = np.array([[1, 1], [1, -1]])
@@ -59,7 +59,7 @@ def lamellae(period_um: float, height_um: float, above: float = 1.0) -> dict:
 
 
 def powers(model: Any, orders: int) -> dict[int, np.ndarray]:
-    """Powers of s and p, `[out, in]`, of the orders −orders … orders that propagate.
+    """Powers of s and p over the incident power, `[out, in]`, of the orders −orders … orders that propagate.
 
     The package gives Mueller matrices M. Light of a state has the Stokes parameters (1, ±1), and a state's part of I, Q
     is (I ± Q)/2.

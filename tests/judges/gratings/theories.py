@@ -89,13 +89,16 @@ def tabulated(settings: list[Setting]) -> tuple[list[np.ndarray], list[np.ndarra
 
 
 def transverse_basis(d: np.ndarray) -> np.ndarray:
-    """Unit vectors of E in the states of `sunbeam orders`, first Hy = 0, then Ey = 0, for a wave along `d`, not y."""
+    """Unit vectors of E in the states of `sunbeam orders`, first Hy = 0, then Ey = 0.
+
+    The wave travels along the unit vector `d`, which is not ±y.
+    """
     across = np.hypot(d[0], d[2])
     return np.array([[-d[1] * d[0] / across, across, -d[1] * d[2] / across], [d[2] / across, 0, -d[0] / across]])
 
 
 def s_and_p(d: np.ndarray) -> np.ndarray:
-    """Unit vectors of E in the states s and p of `tests.judges.crossed`, for a wave along `d`, not the normal."""
+    """Unit vectors of E in the states s and p of `tests.judges.crossed`, for a wave along `d`, which is not ±z."""
     s = np.array([-d[1], d[0], 0]) / np.hypot(d[0], d[1])
     return np.array([s, np.cross(d, s)])
 

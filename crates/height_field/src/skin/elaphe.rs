@@ -1,6 +1,7 @@
 //! Preset `elaphe`: long tapering fingers, 1.144 µm apart, whose tips lie on the next layer.
 //!
 //! *Fingers* are the finger-like ridges in which the skin's overlapping cells end; a *layer* is a row of such cells.
+//! A finger's *root* is at t = 0, its tip near t = 1. *Granules* are small Gaussian bumps.
 //! `mod.rs` defines the coordinates: t along a layer in layer periods, v and q across the fingers in finger periods.
 //! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
 //! widths in these periods. [`smooth_step`] fades from 0 at its first argument to 1 at its second, which may be
@@ -34,7 +35,7 @@ const TIP_LENGTH: f64 = 0.16;
 /// Position along a layer, in layer periods, beyond which no finger is drawn, to save time. Few random tips reach it.
 const REACH: f64 = 1.3;
 
-/// Shape of the fingers, which lean towards +y.
+/// Shape of the fingers. A negative `lean`, in finger periods per layer period, is towards +y.
 const SHAPE: FingerShape = FingerShape { lean: -0.06, flank: FLANK, reach: REACH, half_width, surface_um };
 
 /// Height of a layer's surface at `t`, in µm; at t < 0 it lies under the previous layer.

@@ -13,8 +13,8 @@
 // Each list has an entry point of its own, because adapters run several pixels in lockstep, and all wait for the
 // slowest one.
 //
-// *Skin* is the surface of the mesh, and n the number of pixels. `frame` (frame.wgsl) is the uniform of the sample:
-// camera, sun, ground and size of the picture.
+// *Skin* is the surface of the mesh, and n the number of pixels. A picture is the weighted mean of *samples* with one
+// ray for each pixel. `frame` (frame.wgsl) is the uniform of a sample: camera, sun, ground and size of the picture.
 //
 // A film (`frame.film_eta`) is lit from both sides and lets light pass (sheet.wgsl). Its pixels are all in `rest`: rays
 // find the sunlight behind other parts of the film, and the sunlit ground behind it.
@@ -33,7 +33,7 @@ struct Lists {
     skin: atomic<u32>,
     // Number of pixels without a triangle.
     bare: atomic<u32>,
-    // Entries of three lists: `skin` from entry 0 on, `bare` backwards from entry n - 1, `rest` from entry n on.
+    // Packed pixels of three lists: `skin` from entry 0 on, `bare` backwards from entry n - 1, `rest` from entry n on.
     entries: array<u32>,
 }
 
@@ -95,8 +95,8 @@ fn locate_ground_behind(ray: vec3<f32>) -> vec3<f32> {
 
 // Stores the query of a pixel and adds the radiance of the ground and the sample's weight to the picture. The first
 // sample replaces the previous picture. The pixel is added to `rest` if `needs_ray` is true, or if the map does not
-// decide the visibility of the sun. For such a pixel locate_rest replaces the query. No radiance is added here, since
-// its query is no ground or is not lit.
+// decide the visibility of the sun. For such a pixel locate_rest replaces the query, and only the weight is added here:
+// with `needs_ray` the query is not of the ground, and with an undecided sun it is not lit.
 fn locate_store(pixel: vec2<u32>, found: Point, needs_ray: bool) {
     let index = locate_index(pixel);
     var query = found.query;
@@ -198,7 +198,7 @@ fn locate_skin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
 }
 
 // Intersection of a pixel's ray with the mesh: with the rasteriser's triangle, or with the nearest triangle if the ray
-// misses that one. Pixels without a triangle of the rasteriser have none.
+// misses that one. Without a triangle of the rasteriser it is a miss, even if rounding lost one at a silhouette.
 fn locate_intersection(pixel: vec2<u32>, ray: vec3<f32>) -> Hit {
     // The texture holds the triangle plus 1.
     let seen_triangle = textureLoad(seen, pixel, 0).x;
@@ -223,7 +223,8 @@ fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     let pixel = locate_unpacked(lists.entries[locate_pixel_count() + number]);
     let ray = locate_ray(pixel);
     let hit = locate_intersection(pixel, ray);
-    // For a miss, triangle 0 is read but not used, because indexing with TRACE_NONE would leave the buffer.
+    // For a miss, triangle 0 is read but not used, because indexing with TRACE_NONE would leave the buffer. point_hit
+    // then returns the ground or QUERY_NOTHING.
     let triangle = select(hit.triangle, 0u, hit.triangle == TRACE_NONE);
     let found = point_hit(ray, hit, mesh_vertex(triangle, 0u), mesh_vertex(triangle, 1u), mesh_vertex(triangle, 2u));
     var visibility = point_visibility(found);
