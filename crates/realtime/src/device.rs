@@ -288,8 +288,8 @@ impl Gpu {
     /// [`wgpu::PollType::Poll`] names none.
     #[cfg(not(target_arch = "wasm32"))]
     fn poll(&self, until: wgpu::PollType) -> Result<(), GpuError> {
-        // If the device is lost during a wait, wgpu panics; `guard` catches it. Errors of `poll` go the same way.
-        // `check` knows the driver's reason and precedes both.
+        // If the device is lost during a wait, wgpu panics or returns an error; both become `Panic`. `check` comes
+        // first, since it knows the driver's reason.
         let waited = guard(|| self.device.poll(until).map_err(|e| Panic(e.to_string())));
         self.check()?;
         waited.map_err(|Panic(reason)| GpuError::Lost { adapter: self.adapter(), reason })?;

@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use std::ops::RangeInclusive;
 
 /// Accepted magnitudes of the index n. At smaller ones the squared wave number across the grooves in the medium, κm²
-/// (`lib.rs`), nearly vanishes for light without ky. The response of the medium is singular at κm² = 0. At larger
+/// (`lib.rs`), nearly vanishes where ky = 0. The response of the medium is singular at κm² = 0. At larger
 /// magnitudes the nodes along the relief's cross-section do not resolve the skin depth.
 const INDEX_RANGE: RangeInclusive<f64> = 1e-3..=100.0;
 
