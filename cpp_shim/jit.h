@@ -77,8 +77,9 @@ uint32_t f32_from_bits(uint32_t a) noexcept;
 /// are zero where the mask is false.
 void gather(uint32_t source, uint32_t at, uint32_t mask, rust::Slice<uint32_t> indices) noexcept;
 
-/// Runs a loop. Dr.Jit's flags decide whether it is recorded (symbolic) or executed step by step (evaluated). Dr.Jit
-/// keeps the pointer `name`, a label. Returns false if Dr.Jit or a callback of `loop` failed.
+/// Runs a loop. Dr.Jit's flags decide whether it is recorded (symbolic) or executed step by step (evaluated). `name` is
+/// a label that must live forever, since Dr.Jit keeps the pointer. Returns false if Dr.Jit or a callback of `loop`
+/// failed.
 bool run_loop(uint32_t backend, const char *name, Loop &loop) noexcept;
 
 /// Stores an error message of this thread unless one is stored.

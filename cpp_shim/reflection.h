@@ -262,7 +262,7 @@ private:
     }
 
     /// Mueller matrix of a rigorous surface, summed over its orders, times cosθo and between Mitsuba's frames of
-    /// reference. Zero in unpolarised variants.
+    /// reference. The lobe's matrix is between frames with the grooves as first axis. Zero in unpolarised variants.
     Spectrum polarised_orders([[maybe_unused]] const Lobe &lobe, [[maybe_unused]] const Local &local,
                               [[maybe_unused]] const BSDFContext &ctx, [[maybe_unused]] const SurfaceInteraction3f &si,
                               [[maybe_unused]] const Vector3f &wo, [[maybe_unused]] const Mask &active) const {
@@ -283,8 +283,8 @@ private:
         return Spectrum(0.f);
     }
 
-    /// The lobe's value times the interface's factor, or in polarised variants times its Mueller matrix. One matrix
-    /// applies to all diffracted light, so nothing is depolarised.
+    /// `relief` times the interface's factor, or in polarised variants times its Mueller matrix. `relief` is the lobe's
+    /// value times cosθo, outside the cover. One matrix applies to all diffracted light, so nothing is depolarised.
     Spectrum reflected(const Lobe &lobe, const Local &local, const UnpolarizedSpectrum &relief, const BSDFContext &ctx,
                        const Vector3f &wi, const Vector3f &wo) const {
         // Only unpolarised variants get here with a rigorous surface. Its values include the material.

@@ -68,13 +68,14 @@ def with_files(scene: dict, folder: Path, stem: str) -> dict:
 def xml_text(state: mi.parser.ParserState) -> str:
     """The XML of a parsed scene with a matrix for every transform. The transforms of `state` are replaced.
 
-    Mitsuba writes products of a scale, a rotation and a translation, whose relative errors reach 1e-3. A translation by
-    its number therefore stands for each transform until the matrix replaces it in the text. Numbers begin at 1, since
-    Mitsuba leaves out a translation by 0.
+    Mitsuba would write products of a scale, a rotation and a translation, whose relative errors reach 1e-3. Therefore
+    each transform becomes a translation by its number, which the matrix then replaces in the text. Numbers begin at 1,
+    since Mitsuba leaves out a translation by 0.
     """
     matrices = []
     for node in state.nodes:
         for name, value in list(node.props.items()):
+            # The parser holds transforms in double precision in every variant.
             if isinstance(value, mi.ScalarTransform4d):
                 node.props[name] = mi.ScalarTransform4f().translate([len(matrices) + 1, 0, 0])
                 matrices.append(" ".join(repr(float(entry)) for entry in np.ravel(value.matrix)))
@@ -106,6 +107,7 @@ def write_scenes(folder: Path, resolution: float = 4.0) -> list[Path]:
     pigment_texture(files.pigment)["bitmap"].write(str(folder / "pigment.exr"))
     sunbeam("height-field", "--preset", "xenopeltis", "--crop", PIECE_UM, "-o", folder / "scan.gsf")
     copies = [Path(shutil.copy(scene, folder)) for scene in sorted(XML.glob("*.xml"))]
+    # The scenes name the copy beside them.
     made = python_scenes(SnakeFiles(Path("snake.ply"), files.pigment))
     return copies + [export(scene, folder / f"{name}.xml") for name, scene in made.items()]
 

@@ -37,7 +37,8 @@ impl<K: Eq + Hash, T> Shared<K, T> {
     }
 
     /// The value of `key` that is in use, or else a new one from `make`. Concurrent calls with one key wait for the
-    /// first of them; calls with other keys do not. `make` must not get the same key, for which it would wait forever.
+    /// first of them, and call their own `make` if it fails; calls with other keys do not wait. `make` must not get the
+    /// same key, for which it would wait forever.
     ///
     /// # Errors
     /// The errors of `make`.
@@ -46,7 +47,7 @@ impl<K: Eq + Hash, T> Shared<K, T> {
         let slot = {
             let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
             let slots = slots.get_or_insert_with(HashMap::new);
-            // Keeps the slots that another call holds and those whose value has a user.
+            // Keeps the slots that another call holds (`get_mut` is `None`) and those whose value has a user.
             slots.retain(|_, slot| {
                 Arc::get_mut(slot)
                     .is_none_or(|value| value.get_mut().unwrap_or_else(PoisonError::into_inner).strong_count() > 0)

@@ -1,4 +1,5 @@
-//! Power density `S(f; κ)` of a spectral table, resampled to a finer grid of frequencies f and phase rates κ.
+//! Power density `S(f; κ)` of an ensemble table (the mean over all positions of the coherence window), resampled to a
+//! finer grid of frequencies f and phase rates κ.
 //!
 //! Each node of the table has a record: a header and the spline coefficients of its power over κ. An interpolation
 //! kernel spreads the power over f, and the grid's nodes hold the sums. Albedo integrals read the grid, since a look-up
@@ -21,7 +22,7 @@ const STEPS_PER_KNOT: f64 = 3.0;
 /// Smallest number of steps in κ, chosen for flat reliefs, which have few knots.
 const STEPS_MIN: f64 = 40.0;
 
-/// `S(f; κ)` of an ensemble table on a grid of frequencies and uniform steps of κ.
+/// `S(f; κ)` on a grid of frequencies and uniform steps of κ.
 pub(super) struct PowerGrid {
     /// Grid nodes per cycle/µm, along x and y.
     nodes_per_f: [f64; 2],
@@ -47,7 +48,7 @@ struct RowPart<'a> {
 }
 
 impl PowerGrid {
-    /// Resamples the power density of an ensemble table, whose records are powers.
+    /// Resamples the power density of an ensemble table; records of other tables are not powers.
     pub(super) fn new(table: &SpectralTable) -> Self {
         let axes = [&table.lattice().x, &table.lattice().y];
         let nodes_per_f = axes.map(|axis| 1.0 / (SPACING_SIGMAS * axis.sigma_per_um()));

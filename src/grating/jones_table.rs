@@ -217,7 +217,7 @@ fn stored_nodes(cell_counts: &[usize], sides: usize) -> usize {
 struct Cell {
     /// Index s of the cell.
     index: usize,
-    /// Sides of the relief.
+    /// Number of sides of the relief with channels: 1, or 2 for a transparent body.
     sides: usize,
     /// `[node of triangle_nodes][wavelength][incident · channels + outgoing]`.
     shapes: Vec<Vec<Vec<JonesShape>>>,

@@ -1,16 +1,16 @@
 //! The lobe of scalar theory in linear sRGB.
 //!
 //! ```text
-//! f_r    = ∫ R·O·M·S/λ² · weight(λ) dλ = R0·O·M·F     before the division by the albedo
+//! f_r    = ∫ R·O·M·S/λ² · weight(λ) dλ = R0·O·M·F     before the division by max(1, A(wi), A(wo))
 //! F(q)   = ∫ (R/R0)·S/λ² · weight(λ) dλ               table of colours over the scattering vector q = wi + wo
 //! R, R0  reflectance of the material at λ, and that of one index for all λ, the reference
 //! weight weights of linear sRGB's three channels at λ; a channel's weights over all λ are its *band*
-//! A      divisor that conserves energy (`src/energy`), one for each channel
+//! A      divisor of a direction that conserves energy (`src/energy`), one for each channel
 //! ```
 //!
 //! A relief whose pattern is s times and whose heights are d times those of the table reads `s² F(s u, s v, d w)`
-//! (`scattering/size.rs`): F is an integral over wavelength, and resizing does not mix wavelengths. R/R0 then belongs
-//! to another half vector, which `band_ratio.rs` corrects.
+//! (`scattering/size.rs`) with q = (u, v, w): F is an integral over wavelength, and resizing does not mix wavelengths.
+//! R/R0 then belongs to another half vector, which `band_ratio.rs` corrects.
 //!
 //! O, M and S are those of docs/model.md#the-reflectance. The small-slope factor Q of the reference replaces R0·O.
 

@@ -3,7 +3,7 @@
 //! `f_r` is in 1/sr and leaves out the cosine (docs/model.md#the-reflectance). Where energy is conserved it is divided
 //! by albedos (`energy`). Six lobes implement [`Lobe`]:
 //!
-//! | lobe | surface that builds it | spectral content | body |
+//! | lobe | surface that builds it | spectral content | body below the relief |
 //! | --- | --- | --- | --- |
 //! | [`SpectralLobe`] | [`Surface`] | wavelengths in nm | reflects |
 //! | [`ColourLobe`] | [`ColourSurface`] | linear sRGB | reflects |
@@ -50,8 +50,8 @@ use crate::numeric::Numbers;
 ///
 /// `C` is the spectral content that a ray carries: `[N::Real; L]`, `L` wavelengths in nm, or the marker [`LinearSrgb`].
 /// Wavelengths must lie within the tables' range. Directions are unit vectors in the relief's frame, whose z axis is
-/// the normal, and point away from the surface. Results are zero where the mask is false, and where a direction lies
-/// below the surface of a lobe that only reflects.
+/// the normal, and point away from the surface. Results are zero where the mask `active` is false, and where a
+/// direction lies below the surface of a lobe that only reflects.
 ///
 /// ```
 /// use sunbeam::lobe::Lobe;
@@ -93,6 +93,6 @@ pub trait Lobe<N: Numbers, C: Copy> {
     fn sample(&self, wi: [N::Real; 3], carried: C, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 
-/// Spectral content of a ray in linear sRGB, instead of wavelengths.
+/// Spectral content of a ray in linear sRGB, instead of wavelengths. It has no data: all three channels are computed.
 #[derive(Clone, Copy, Debug)]
 pub struct LinearSrgb;

@@ -38,7 +38,7 @@ pub(super) fn density() -> Result<Colours, ColourError> {
 /// is 1.
 ///
 /// NMM's lists of wavelengths have densities proportional to `1/λ²` over λ. Averaged over such a list with these
-/// weights, an S proportional to λ² is white, as it has the same reflectance `S/λ²` at all wavelengths.
+/// weights, a power spectrum S proportional to λ² is white: its reflectance `S/λ²` is the same at all wavelengths.
 ///
 /// # Errors
 /// Never in practice: [`SpectralToRgb::visible`] accepts the step of 1 nm.

@@ -52,11 +52,11 @@ struct TransparentPair {
 }
 
 // Wave of a direction of unit length, which points away from the relief on either side of it.
-fn wave_at_body(w: vec3<f32>) -> BodyWave {
+fn wave_at_body(direction: vec3<f32>) -> BodyWave {
     let n = table.body_eta;
     let eps = n * n;
-    let is_below = w.z < 0.0;
-    let c1 = max(abs(w.z), DIVISOR_MIN);
+    let is_below = direction.z < 0.0;
+    let c1 = max(abs(direction.z), DIVISOR_MIN);
     let cn = sqrt(c1 * c1 + (n - 1.0) * (n + 1.0));
     let s = c1 + cn;
     let p = eps * c1 + cn;
@@ -65,9 +65,9 @@ fn wave_at_body(w: vec3<f32>) -> BodyWave {
     let refracted = 4.0 * c1 * cn * vec2<f32>(1.0, eps) * per_squared;
     return BodyWave(
         is_below,
-        w.xy,
+        direction.xy,
         select(c1, cn, is_below) / n,
-        length(w.xy),
+        length(direction.xy),
         select(cn, n * c1, is_below),
         select(n, 1.0, is_below),
         select(vec2<f32>(1.0), refracted, is_below) * per_squared,

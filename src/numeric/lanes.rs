@@ -220,7 +220,7 @@ impl Real for f32x4 {
     fn ceil(self) -> Self {
         -Real::floor(-self)
     }
-    /// Zero below −126, where results would be subnormal. Infinite from 127.5 on.
+    /// Zero below −126, where results would be subnormal, and for NaN. Infinite from 127.5 on.
     #[inline(always)]
     fn exp2(self) -> Self {
         let is_normal = Self::splat(-126.0).le(self);
@@ -274,7 +274,8 @@ impl Lanes<'_> {
 impl<'a> Numbers for Lanes<'a> {
     type Real = f32x4;
     type Double = f64x4;
-    /// Conversions from and to real numbers are those of signed integers, so values stay below 2³¹.
+    /// Values that are converted from or to real numbers must stay below 2³¹: the conversions are those of signed
+    /// integers.
     type Index = u32x4;
     type Mask = LaneMask;
     type Words = &'a [u32];

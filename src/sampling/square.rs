@@ -97,6 +97,7 @@ impl SquareAxis {
     /// The axis for nodes whose Gaussians have a standard deviation of `sigma` nodes. Also returns the weights of the
     /// tents whose sum approximates a Gaussian, an odd number; a single weight of 1 where the Gaussian itself is drawn.
     fn new(axis: &LatticeAxis, sigma: f64) -> (Self, Vec<f32>) {
+        // One node of any width is read exactly, with one tap.
         let has_one_node = axis.nodes() == 1;
         if has_one_node || sigma < TENTS_FROM_SIGMA {
             let reach = NORMAL_QUANTILE_MAX * sigma;
@@ -179,7 +180,7 @@ fn node_means<'a>(
     for (mean, band) in means.iter_mut().zip(bands) {
         let (mut sum, mut count) = (0.0, 0);
         for (k, curve) in band {
-            // The node does not propagate at this k or any larger one.
+            // The node does not propagate at this k or any larger one. A first point is kept if there is no mean yet.
             if k * k > k_max_squared && (count > 0 || last_mean > 0.0) {
                 break;
             }

@@ -15,8 +15,8 @@ use std::f64::consts::TAU;
 pub struct BodyOrder {
     /// Tangential part of `Ki + Ko` in wave numbers in vacuum, with the sign that makes the normal part positive.
     pub tangential: [f64; 2],
-    /// Magnitude of the normal part, |w|, in wave numbers in vacuum. Smaller ones are replaced by the bound
-    /// [`TransparentBody::normal_min`] times the body's index.
+    /// Magnitude of the normal part, |w|, in wave numbers in vacuum, at least [`TransparentBody::normal_min`] times the
+    /// body's index.
     pub normal: f64,
     /// Factors on `|c_m|²` in the power of an order, for the pairs of polarisation states ss, sp, ps and pp, the
     /// outgoing one first.

@@ -140,9 +140,9 @@ impl<N: Numbers> Reading<N> {
     /// are much narrower than their distance from the origin.
     #[inline(always)]
     pub(crate) fn arguments(&self, tangential: [N::Double; 2], normal: N::Real) -> ([N::Double; 2], N::Real) {
-        let depth_um = self.for_kappa_nm() * N::Real::lit(1e-3);
-        let wavenumber = N::Double::lit(1e3) / N::widen(self.wavelength_nm);
-        (tangential.map(|q| q * wavenumber), normal * N::Real::lit(TAU) / depth_um)
+        let depth_wavelength_um = self.for_kappa_nm() * N::Real::lit(1e-3);
+        let waves_per_um = N::Double::lit(1e3) / N::widen(self.wavelength_nm);
+        (tangential.map(|q| q * waves_per_um), normal * N::Real::lit(TAU) / depth_wavelength_um)
     }
 
     /// `width`, a quantity proportional to the widths of orders, times the factor [`Reading::window`].

@@ -156,7 +156,8 @@ pub(super) fn plan_lattice(
     window: CoherenceWindow,
     tolerance: f64,
 ) -> Lattice {
-    // Standard deviation of the window on the data, and their support over the width of a scan.
+    // Standard deviation of the window on the data, and their support over the width of a scan. The autocorrelation of
+    // a Gaussian window is √2 times as wide.
     let (window_um, support) = match model {
         Model::Ensemble => (SQRT_2 * window.sigma_um(), 1.0),
         Model::Patch => (window.sigma_um(), PATCH_SUPPORT),
@@ -180,8 +181,8 @@ const TAIL_FACTOR: f64 = 16.0;
 /// than the gaps between orders. A large factor costs nothing: a look-up reads one or two nodes with or without it.
 const GRATING_TAIL_FACTOR: f64 = 400.0;
 
-/// Period of a resampled lattice over the tile from which the native lattice is used instead. The native one reads more
-/// nodes per look-up, the resampled one stores more nodes by this ratio.
+/// Ratio of a resampled lattice's period to the tile's, above which the native lattice is used instead. The native one
+/// reads more nodes per look-up, the resampled one stores more nodes by this ratio.
 const NATIVE_RATIO: f64 = 1.5;
 
 /// Smallest number of pixels of a resampled axis, so that kernels of up to eight taps do not overlap themselves.

@@ -19,7 +19,8 @@ use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 /// Arguments of an evaluation, by value or traced.
 #[derive(Clone, Copy)]
 pub(super) struct Query<N: Numbers> {
-    /// Table data, in the parts of [`Surface::all_words`].
+    /// Table data, in the parts of [`Surface::all_words`]: spectrum (or colours), sampler and albedo of scalar theory;
+    /// efficiencies, colours and Jones matrices of rigorous theory.
     pub(super) words: [N::Words; 3],
     /// The direction `wi`; `from` in a query of a matrix.
     pub(super) wi: [N::Real; 3],

@@ -5,7 +5,8 @@
 //!
 //! A *submission* is a list of commands that the queue executes in order. A *staging buffer* is memory that both the
 //! GPU and the processor can reach; results are copied into it and then read. On native platforms [`Gpu`] blocks until
-//! each submission is done. In a browser the thread must not block, so only reading waits, as a future.
+//! each submission is done. In a browser the thread must not block, so only reading and [`Gpu::idle_async`] wait, as
+//! futures.
 
 use super::GpuError;
 use futures_channel::oneshot;
@@ -161,6 +162,7 @@ impl Gpu {
         }));
         let on_loss = Arc::clone(&faults);
         device.set_device_lost_callback(move |_, message| {
+            // The lock is released before the call, because the listener may use the GPU's functions.
             let listener = {
                 let mut faults = lock(&on_loss);
                 faults.lost.get_or_insert_with(|| message.clone());
@@ -221,7 +223,7 @@ impl Gpu {
     }
 
     /// Registers a function that is called once, with the reason, when the device is lost. It replaces an earlier
-    /// function. After the loss of the device nothing is called.
+    /// function. A function registered after the loss is never called.
     pub fn when_lost(&self, listener: impl FnOnce(&str) + Send + 'static) {
         lock(&self.faults).listener = Some(Box::new(listener));
     }
@@ -286,7 +288,8 @@ impl Gpu {
     /// [`wgpu::PollType::Poll`] names none.
     #[cfg(not(target_arch = "wasm32"))]
     fn poll(&self, until: wgpu::PollType) -> Result<(), GpuError> {
-        // If the device is lost during a wait, wgpu panics; `guard` catches it. `check` knows the driver's reason.
+        // If the device is lost during a wait, wgpu panics or returns an error; both become `Panic`. `check` comes
+        // first, since it knows the driver's reason.
         let waited = guard(|| self.device.poll(until).map_err(|e| Panic(e.to_string())));
         self.check()?;
         waited.map_err(|Panic(reason)| GpuError::Lost { adapter: self.adapter(), reason })?;
@@ -298,7 +301,8 @@ impl Gpu {
         self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
     }
 
-    /// A storage buffer of `bytes` bytes, or [`EMPTY_BYTES`] for 0, whose contents can be copied in and out.
+    /// A storage buffer of `bytes` bytes, or [`EMPTY_BYTES`] for 0, whose contents can be copied in and out. The error
+    /// is [`GpuError::TooLarge`]; errors of wgpu appear in the caller's next [`Gpu::check`].
     pub(super) fn storage(&self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         self.check_size(label, bytes)?;
         Ok(self.device.create_buffer(&wgpu::BufferDescriptor {

@@ -7,8 +7,8 @@
 //! | c1, cn | normal components of the wave vector over k in the air and in the medium, positive |
 //! | n, ε | index of the medium, and n² |
 //! | d | unit vector along which the wave travels |
-//! | s, p | c1 + cn, and ε·c1 + cn |
-//! | ts, tp | amplitudes across and in the plane of incidence, 2√(c1·cn)/s and 2n√(c1·cn)/p; \|t\|² is a power |
+//! | Ds, Dp | c1 + cn, and ε·c1 + cn |
+//! | ts, tp | amplitudes across and in the plane of incidence, 2√(c1·cn)/Ds and 2n√(c1·cn)/Dp; \|t\|² is a power |
 //!
 //! Jones matrices are between the states without Hy and without Ey (`orders.rs`). The unit vectors a, in the air, and
 //! b, in the medium, are light polarised across the plane of incidence, in components of these states. U is the
@@ -29,7 +29,7 @@ pub(crate) fn passage(eta: f64, k_x: f64, k_y: Complex64, [c1, cn]: [f64; 2], is
     let eps = eta * eta;
     // The wave vectors over k have the z components −sign·c1 and −sign·cn.
     let sign = if is_downwards { 1.0 } else { -1.0 };
-    let (s, p, root) = (c1 + cn, eps * c1 + cn, (c1 * cn).sqrt());
+    let (d_s, d_p, root) = (c1 + cn, eps * c1 + cn, (c1 * cn).sqrt());
     // Product of √(1 − d.y²) in the air and in the medium, which divides all elements.
     let y_squared = k_y * k_y;
     let norm = ((1.0 - y_squared) * (1.0 - y_squared / eps)).sqrt();
@@ -38,14 +38,14 @@ pub(crate) fn passage(eta: f64, k_x: f64, k_y: Complex64, [c1, cn]: [f64; 2], is
     let cosine = 1.0 + y_squared * (k_squared / eps - 1.0 - 1.0 / eps) / (c1 * cn / eta + 1.0);
     // Sine of the angle of U times `norm`, sign·Kx·Ky(cn/n − c1)/K², by (cn/n)² − c1² = K²(ε − 1)/ε.
     let sine = k_y * (sign * k_x * (eps - 1.0) / (eta * (eta * c1 + cn)));
-    let tp = 2.0 * eta * root / p;
-    // (ts − tp)/K², by 1/s − n/p = (n − 1)(n·c1 − cn)/(s·p) and (n·c1)² − cn² = −K²(ε − 1).
-    let difference = -2.0 * root * (eta - 1.0) * (eps - 1.0) / (s * p * (eta * c1 + cn));
+    let t_p = 2.0 * eta * root / d_p;
+    // (ts − tp)/K², by 1/Ds − n/Dp = (n − 1)(n·c1 − cn)/(Ds·Dp) and (n·c1)² − cn² = −K²(ε − 1).
+    let difference = -2.0 * root * (eta - 1.0) * (eps - 1.0) / (d_s * d_p * (eta * c1 + cn));
     // a and b times their denominators.
     let air = [Complex64::from(k_x), k_y * (sign * c1)];
     let medium = [Complex64::from(k_x), k_y * (sign * cn / eta)];
     let rotation = [[cosine, sine], [-sine, cosine]];
-    [0, 1].map(|out| [0, 1].map(|within| (rotation[out][within] * tp + air[out] * medium[within] * difference) / norm))
+    [0, 1].map(|out| [0, 1].map(|within| (rotation[out][within] * t_p + air[out] * medium[within] * difference) / norm))
 }
 
 /// Product of two Jones matrices.

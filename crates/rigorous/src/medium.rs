@@ -5,8 +5,8 @@ use num_complex::Complex64;
 use std::ops::RangeInclusive;
 
 /// Accepted magnitudes of the index n. At smaller ones the squared wave number across the grooves in the medium, κm²
-/// (`lib.rs`), nearly vanishes for light across the grooves. The response of the medium is singular at κm² = 0. At
-/// larger magnitudes the nodes along the relief's cross-section do not resolve the skin depth.
+/// (`lib.rs`), nearly vanishes where ky = 0. The response of the medium is singular at κm² = 0. At larger
+/// magnitudes the nodes along the relief's cross-section do not resolve the skin depth.
 const INDEX_RANGE: RangeInclusive<f64> = 1e-3..=100.0;
 
 /// The medium below the relief; above the relief is air, of index 1.

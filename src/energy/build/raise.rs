@@ -2,7 +2,7 @@
 //!
 //! Symbols are those of [`build.rs`](super): `t` is the divisor that a direction needs, and `b` a known lower bound of
 //! divisors. Nodes lie on the corners of the grid's cells, in groups of wavelengths with gaps between them. A node has
-//! `(A − 1)·cos²θ` of its divisor A, for K planes.
+//! `(A − 1)·cos²θ` of its divisor A, for K planes (one wavelength, or three bands).
 //!
 //! - The *deficit* of a cell is the largest amount by which the value that `t` requires exceeds the table, linear
 //!   between nodes, at the cell's check points. It is never negative.
@@ -20,7 +20,8 @@ use std::f64::consts::PI;
 const CELL_COSINE: f64 = 3.08;
 /// Largest number of nodes beyond a cell's corners, along each axis, that are raised with the corners. The number is
 /// one for each half turn by which the *relief phase* changes across a cell: the phase between the relief's lowest and
-/// highest point ([`AlbedoIntegral::phase_max`]). Chosen: a larger limit darkens reliefs tens of µm deep.
+/// highest point, in proportion to cosθ ([`AlbedoIntegral::phase_max`]). Chosen: a larger limit darkens reliefs tens of
+/// µm deep.
 const DEEP_REACH_MAX: usize = 3;
 /// Change of the relief phase across a cell, in radians, from which a relief with ridges counts as deep. Other reliefs
 /// count as deep from half a turn, π. With π for all, an albedo of 1.037 remains on a rough relief 1.2 µm deep.

@@ -1,7 +1,8 @@
 //! Evaluator of a [`super::SummedArea`] for all families of numbers: sums over rectangles, interpolation, sampling.
 //!
-//! Nodes of a grid have masses in [`BANDS`] bands, stored as whole counts in blocks of [`BLOCK`] × [`BLOCK`] nodes. All
-//! sums are counts; [`SummedAreaLayout::unit`] is the mass of one count in each band.
+//! Nodes of a grid have masses in [`BANDS`] bands, stored as whole counts in blocks of [`BLOCK`] × [`BLOCK`] nodes. A
+//! node has two words, of two 16-bit codes each: the counts of bands 0 to 3 ([`EXPONENT_SHIFT`]). All sums are counts;
+//! [`SummedAreaLayout::unit`] is the mass of one count in each band.
 
 use super::{BANDS, BLOCK, BLOCK_PACKETS, BLOCK_SHIFT, EXPONENT_SHIFT, SummedAreaLayout};
 use crate::numeric::{Index, Number, Numbers, Real};

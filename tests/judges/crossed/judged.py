@@ -2,7 +2,8 @@
 
 `python -m tests.judges.crossed.judged` writes the files; `cases.py` describes cases and answers.
 
-The files `skins.json` and `convergence.json` need the scans of both skins, and some minutes each.
+The files `skins.json` and `convergence.json` need the scans of both skins, and some minutes each. Without scans they
+are left as they are, after a line that says so.
 """
 
 from __future__ import annotations
@@ -24,11 +25,11 @@ from .solver import Resolution, solve
 # Names of the files in `answers/`.
 FILES = ("synthetic", "skins", "convergence")
 # Resolution at which powers on the smooth synthetic relief have converged to their stored digits: the largest frequency
-# of harmonics, and the number of Gauss points in the layer on either side of the relief (solver.py).
+# of harmonics, and the number of nodes in the layer on either side of the relief (solver.py).
 SYNTHETIC = Resolution(cutoff_per_um=10.0, nodes=12)
 # Resolution of the answers on skins.
 SKINS = Resolution(cutoff_per_um=8.0, nodes=10)
-# The finest resolution, and those compared with it: three with fewer harmonics, one with fewer nodes, and SKINS.
+# Finest resolution, and those compared with it: three with fewer harmonics, one with fewer nodes, and SKINS.
 FINE = Resolution(cutoff_per_um=11.0, nodes=12)
 COARSER = (Resolution(6.0, 12), Resolution(8.0, 12), Resolution(9.5, 12), Resolution(11.0, 10), SKINS)
 # Light whose powers converge most slowly with the resolution.
@@ -50,6 +51,7 @@ def relief_of(case: Case, scans: dict) -> Relief:
 
 def skins() -> dict[str, list[dict]]:
     """The answers of all cases by `Case.key`."""
+    # BASE has both skins.
     scans = {case.crop.skin: scanned(case.crop.skin) for case in BASE}
     answers = {}
     for case in [*BASE, *VARIED]:

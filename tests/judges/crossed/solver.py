@@ -41,7 +41,10 @@ CHUNK = 128
 
 @dataclass(frozen=True)
 class Resolution:
-    """Largest frequency of harmonics, nodes in each panel, and the residual and number of steps at which GMRES ends."""
+    """Largest frequency of harmonics in cycles/µm, nodes in each panel, and limits at which GMRES ends.
+
+    The limits are the residual, relative to the right side, and the number of steps.
+    """
 
     cutoff_per_um: float = 8.0
     nodes: int = 10
@@ -49,19 +52,20 @@ class Resolution:
     steps_max: int = 200
 
     def counts(self, period: tuple[float, float]) -> tuple[int, int]:
-        """Numbers of harmonics along x and y, which are odd."""
+        """Numbers of harmonics along x and y, which are odd, for the periods in µm."""
         nx, ny = (2 * int(self.cutoff_per_um * length) + 1 for length in period)
         return nx, ny
 
 
 @dataclass(frozen=True)
 class Orders:
-    """Fractions `s` and `p` of the power in each propagating reflected order (jx, jy), for light of either state.
+    """Fractions `s` and `p` of the power in each propagating reflected order (jx, jy), for s or p polarised light.
 
-    `jones` has amplitudes `[order, out, in]` of s and p. Their squares are powers, and their phases are those at the
-    mean height. s is along z × k and p along k × s, where k is the direction of travel. For an order along the normal,
-    s is that of the incident light. `balance` checks solutions for media without loss: the deviation of the reflected
-    and transmitted power from 1. `residual` is that of GMRES. Both are the larger value of the states s and p.
+    `jones` has amplitudes `[order, out, in]` of s and p. Their squared moduli are fractions of the power, and their
+    phases are those at the mean height. s is along z × k and p along k × s, where k is the direction of travel. For an
+    order along the normal, s is that of the incident light. `balance` checks solutions for media without loss: the
+    deviation of the reflected and transmitted power from 1. `residual` is that of GMRES. Both are the larger value of
+    the states s and p.
     """
 
     jx: np.ndarray
@@ -89,8 +93,8 @@ def solve(
 ) -> Orders:
     """Efficiencies of all propagating reflected orders of a relief on a medium with the refractive index `index`.
 
-    Light and orders are in a medium with the index `above`, in which `theta_deg` is measured. The wavelength is that in
-    vacuum, and `phi_deg` is the light's azimuth from +x.
+    Light and orders are in a medium with the real index `above`; Im `index` ≥ 0. The wavelength is that in vacuum.
+    `theta_deg` (< 90) from +z and the azimuth `phi_deg` from +x give the direction towards the light.
     """
     problem = Problem(relief, wavelength_nm, theta_deg, phi_deg, index, resolution, above)
     jx, jy = np.meshgrid(problem.jx, problem.jy)
@@ -148,13 +152,13 @@ class Problem:
         self.beta_below = np.sqrt((index * k) ** 2 - tangential_squared + 0j)
         sampled = relief.sampled(nx, ny)
         highest, lowest = sampled.heights.max(), -sampled.heights.min()
-        below, above = (REACH * max(extreme, REACH_MIN_UM) for extreme in (lowest, highest))
-        self.panels = panels(below, above, resolution.nodes)
+        height_below, height_above = (REACH * max(extreme, REACH_MIN_UM) for extreme in (lowest, highest))
+        self.panels = panels(height_below, height_above, resolution.nodes)
         self._metric(sampled, index)
         self._invert()
 
     def _metric(self, relief: Relief, index: complex) -> None:
-        """Zs, Zx, Zy and 1/c at the points, `[point, iy, ix]`, and ε, `[point, 1, 1]`."""
+        """Zs, Zx, Zy and 1/c at the panels' Gauss points, `[point, iy, ix]`, and ε, `[point, 1, 1]`."""
         at = self.panels
         # 1 − |s|/a, and its derivative by s.
         fade = np.where(at.upper, 1 - at.points / at.above, 1 + at.points / at.below)[:, None, None]
