@@ -43,7 +43,8 @@ impl Numbers {
 /// Parses one line of JSON.
 ///
 /// # Errors
-/// A message. It names the field where the line is JSON and the value of a field is wrong.
+/// A message. It names the field where the line is JSON and the value of a field is wrong, except for a number beyond
+/// the range of f64: serde_json counts it as an error of syntax.
 pub(crate) fn parse<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
     if line.trim_ascii().is_empty() {
         return Err("the line is empty".to_owned());
@@ -80,7 +81,8 @@ fn without_line_number(error: &serde_json::Error) -> String {
 /// Normalises a direction. `name` is the name of its field, for messages.
 ///
 /// # Errors
-/// A number of components other than three, or a length that differs from 1 by more than 1e-3.
+/// A number of components other than three, or a length that differs from 1 by more than
+/// [`sunbeam::scattering::LENGTH_TOLERANCE`].
 pub(crate) fn direction(name: &str, components: &[f64]) -> Result<Vec3, String> {
     unit_vector(triple(name, components)?).map_err(|error| format!("{name:?} {error}"))
 }
