@@ -7,9 +7,9 @@
 //! - `cosθo dω = dx dy = cos²α cos ψ dα dψ = cos α · cosθo dα dψ`
 //!
 //! Stam's obliquity factor is `O = (1 + wi·wo)²/(cosθi cosθo (cosθi + cosθo)²)`. The factor cosθo of the area
-//! `cosθo dω` cancels the pole `1/cosθo` of O, so the integrand is smooth at the horizon. Uniform steps of the angles are short steps
-//! of x and y there. At grazing incidence `1/(cosθi + cosθo)²` changes rapidly near the horizon, which then gets panels
-//! of its own.
+//! `cosθo dω` cancels the pole `1/cosθo` of O, so the integrand is smooth at the horizon. Uniform steps of the angles
+//! are short steps of x and y there. At grazing incidence `1/(cosθi + cosθo)²` changes rapidly near the horizon, which
+//! then gets panels of its own.
 
 use crate::numeric::math::sines_and_cosines;
 use crate::scattering::Vec3;

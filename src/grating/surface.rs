@@ -220,7 +220,7 @@ impl GratingSurface {
     }
 
     /// Samples a direction for one or several wavelengths (nm) from three random numbers in [0, 1), with its density
-    /// and weight. `None` where [`GratingSurface::sample_direction`] gives none: means count it with the weight 0.
+    /// and weight. `None` where [`GratingSurface::sample_direction`] gives none; it counts in means, with the weight 0.
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         lobe::sample(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }

@@ -3,7 +3,7 @@
 //! - `P`: period of the lattice in µm. Nodes are `1/P` apart. Their values are the Fourier transform of data over lags.
 //! - `d`: distance between the frequency of a look-up and a node, in nodes (multiples of `1/P`).
 //! - `e(d)`: weight of the node. A value between nodes is `Σ_j e(p − j) · value_j`, with `p` the position in nodes.
-//! - *Taps*: the nodes that a look-up reads along an axis, where `e` is not zero.
+//! - *Taps*: the nodes that a look-up reads along an axis.
 //! - `x`: lag in periods `P`.
 //! - `ê(x) = ∫ e(d)·cos(2πd·x) dd`: transform of the kernel.
 //! - Images: interpolation repeats the data at the lags `x + n` for every whole number n, weighted by `ê(x + n)`.

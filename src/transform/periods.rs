@@ -193,6 +193,14 @@ mod tests {
     }
 
     #[test]
+    fn directions_that_round_to_minus_90_degrees_are_90() {
+        let mut bins = [AxisBin::default(); 3];
+        // The double angle of a direction 3e-8 degrees above −90°.
+        bins[1] = AxisBin { power: 1.0, direction: Complex64::cis(1e-9 - 0.5 * TAU) };
+        assert_eq!(peak(&bins, 1.0, 1.0, true).unwrap().direction_deg, 90.0);
+    }
+
+    #[test]
     fn oblique_wave_of_a_scan_is_found_between_bins() {
         // A wave with periods of 0.7 µm along x and 0.4 µm along y has the direction 60.26°, within 45° of the y axis.
         let wave = |(iy, ix): (usize, usize)| (TAU * (ix as f64 * 0.05 / 0.7 + iy as f64 * 0.05 / 0.4)).sin();
