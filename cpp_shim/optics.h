@@ -98,7 +98,7 @@ public:
         each_traversable([&](auto part) { dr::traverse_1_fn_rw(part, payload, fn); });
     }
 
-    /// A direction, and its value times cosθo over its density. `sample1` chooses the component, then serves as the
+    /// A direction, and its value times |cosθo| over its density. `sample1` chooses the component, then serves as the
     /// first of three variates in the diffracted lobe. The cover's mirror has a probability in place of a density.
     std::pair<BSDFSample3f, Spectrum> sample(const BSDFContext &ctx, const SurfaceInteraction3f &si, Float sample1,
                                              const Point2f &sample2, Mask active) const {
@@ -107,8 +107,8 @@ public:
         return m_reflection.sample(*m_lobe, m_textures, ctx, si, sample1, sample2, active);
     }
 
-    /// BSDF times cosθo and density in 1/sr of `sample`, over the enabled components. A part whose template argument is
-    /// false is not computed. Zero where a direction lies below the surface.
+    /// BSDF times |cosθo| and density in 1/sr of `sample`, over the enabled components. A part whose template argument
+    /// is false is not computed. Zero where a direction lies below a surface that only reflects.
     template <bool Value, bool Density> std::pair<Spectrum, Float>
     answer(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
         if (m_transmission)

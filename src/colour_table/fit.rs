@@ -61,11 +61,11 @@ pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRin
 /// Estimate of `zero²` of the [module](self)'s formula, from the samples `values[direction][w][channel]` of F at
 /// `sampled_w`.
 ///
-/// Up to the knee F is proportional to `w² + zero²`. With w at the first sample, w_0, and at the first beyond the knee
-/// or else the last, w_k, follows `zero² ≈ w_k²·F(w_0)/F(w_k) − w_0²` for w_k much larger than zero.
+/// Up to the knee F is proportional to `w² + zero²`. Let w_0 be the first sample, and w_k the first at or beyond the
+/// knee, or else the last. For w_k much larger than `zero`, `zero² ≈ w_k²·F(w_0)/F(w_k) − w_0²`.
 ///
-/// Near the knee F falls short of the square law by a factor of up to 3. For `zero = 0` the formula would then give up
-/// to 2·w_0². So 3·w_0² is subtracted in place of w_0².
+/// Near the knee F falls short of the square law by a factor of up to 3. The formula would then give up to 2·w_0² where
+/// zero² is 0. So 3·w_0² is subtracted in place of w_0².
 fn estimate_zero_squared(values: &[f32], sampled_w: &[f64], knee: f64) -> f64 {
     let w_count = sampled_w.len();
     // Sum of |F| over directions and channels at one sample over w.

@@ -28,8 +28,8 @@ pub(super) const RAYS: usize = 16;
 pub(super) type PerRay = [f32; RAYS];
 /// Step over ρ in standard deviations of an order. The trapezoid rule errs by 2·exp(−2π²/1.3²) ≈ 2e-5 of a Gaussian.
 pub(super) const STEP_SIGMAS: f64 = 1.3;
-/// Smallest number of steps over the visible wavelengths, about 6 nm each. More take longer; fewer would miss the
-/// curvature of the colour matching functions.
+/// Smallest number of steps over the visible wavelengths, about 6 nm each in the green. More take longer; fewer would
+/// miss the curvature of the colour matching functions.
 pub(super) const STEPS_MIN: f64 = 64.0;
 /// Visible wavelengths in µm, shortest and longest.
 pub(super) const VISIBLE_UM: (f64, f64) = (OBSERVER_RANGE_NM.0 * 1e-3, OBSERVER_RANGE_NM.1 * 1e-3);

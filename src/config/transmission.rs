@@ -5,8 +5,8 @@ use super::{Accepted, ConfigError, ObliquityChoice, SurfaceConfig};
 use crate::scattering::{Transmission, TransparentBody};
 use std::ops::RangeInclusive;
 
-/// Accepted index of a body that transmits, besides 1, which changes nothing. At smaller indices the deflection by
-/// refraction is lost in the width of an order. The largest is that of germanium.
+/// Accepted index of a body that transmits, besides 1, which changes no light. At indices between 1 and 1.2 the
+/// deflection by refraction is lost in the width of an order. The largest is that of germanium.
 pub const BODY_ETA: RangeInclusive<f64> = 1.2..=4.0;
 
 impl SurfaceConfig {
@@ -26,7 +26,7 @@ impl SurfaceConfig {
         self.cover_eta.or(self.body().map(|body| body.eta)).unwrap_or(1.0)
     }
 
-    /// Refuses transmission. `user` names the functions that show reflected light only, for the message.
+    /// Refuses transmission. `user` is a plural for the message: functions that show reflected light only.
     ///
     /// # Errors
     /// [`ConfigError::Contradiction`] if the configuration transmits.

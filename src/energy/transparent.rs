@@ -13,8 +13,8 @@
 //! the frequency `(Ki + Ko)_xy/λ'` and the phase rate `κ = 2πw/λ"`. Both wavelengths are λ for one size of the relief
 //! (`scattering/size.rs`).
 //!
-//! The table holds `(A − 1)·cos²θ` at the nodes of a grid of directions (`grid.rs`), on planes over λ' and, for several
-//! sizes, on slabs over λ" (`sizes.rs`).
+//! The table holds `(A − 1)·cos²θ`, as every [`AlbedoTable`], at the nodes of a grid of directions (`grid.rs`), on
+//! planes over λ' and, for several sizes, on slabs over λ" (`sizes.rs`).
 
 use super::build::{NARROW_CELLS_MIN, SMALLEST_SIZE};
 use super::grid::Grid;

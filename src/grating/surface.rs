@@ -185,8 +185,8 @@ impl GratingSurface {
     pub fn efficiency_between(&self, wavelength_nm: f64, wi: [f64; 2], order: i32, sides: [Side; 2]) -> f64 {
         let [arrives_below, leaves_below] = sides.map(|side| side == Side::Below);
         let layout = self.layout.efficiencies;
-        // The light's tangential wave vector over the wave number in vacuum is (−x, −y), since `wi` points against its
-        // travel.
+        // The light's tangential wave vector over the wave number in vacuum is (−x, −y), since `wi` points to its
+        // source.
         let [x, y] = wi.map(|cosine| if arrives_below { cosine * layout.eta_below() } else { cosine });
         let periods = 1e3 * self.layout.period_um / wavelength_nm;
         let view = EfficiencyView::<Plain<f64>> { layout, words: &self.words };
@@ -201,10 +201,10 @@ impl GratingSurface {
         view.entry(&view.row(&channels, incident, wavelength_nm, active), outgoing, active)
     }
 
-    /// `f_r` in 1/sr: the material's reflectance is included, the cosine is not. Zero unless both directions lie above
-    /// the surface and the wavelength is within 360 to 830 nm. Never negative, never NaN. At a body that transmits,
-    /// directions may also lie below the surface: in the medium of an interface, or in air behind a film. `f_r` is then
-    /// the fraction of the power from `wi` that leaves along `wo`, per solid angle and per |wo.z|.
+    /// `f_r` in 1/sr: the material's reflectance is included, the cosine is not. Zero outside of 360 to 830 nm. Never
+    /// negative, never NaN. For a grating that only reflects, zero unless both directions lie above the surface. At a
+    /// body that transmits, directions may also lie below it: in the medium of an interface, or in air behind a film.
+    /// `f_r` is then the fraction of the power from `wi` that leaves along `wo`, per solid angle and per |wo.z|.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         lobe::eval(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }
@@ -220,7 +220,7 @@ impl GratingSurface {
     }
 
     /// Samples a direction for one or several wavelengths (nm) from three random numbers in [0, 1), with its density
-    /// and weight. `None` where [`GratingSurface::sample_direction`] gives none; such a sample has the weight 0.
+    /// and weight. `None` where [`GratingSurface::sample_direction`] gives none; it counts in means, with the weight 0.
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         lobe::sample(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }

@@ -9,8 +9,8 @@
 // Length of the array of terms, and the largest `count`. A test compares the constants of bessel.rs and of this file.
 const TERMS_MAX: u32 = 256u;
 
-// Writes J_k(x) to values[k] for k below `count`, a multiple of 4 of at least 4. The argument is at least 0 and finite;
-// x is the argument, raised to DIVISOR_MIN (common.wgsl).
+// Writes J_k(x) to values[k] for k below `count`, a multiple of 4 of at least 4. The argument is 0 to TERMS_MAX; x is
+// the argument, but at least DIVISOR_MIN (common.wgsl), since the recurrence divides by it.
 fn bessel_j(argument: f32, count: u32, values: ptr<private, array<f32, TERMS_MAX>>) {
     let x = max(argument, DIVISOR_MIN);
     // Even k at which the recurrence starts; bessel.rs gives the reason for its distance from x.

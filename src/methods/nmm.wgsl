@@ -6,17 +6,18 @@
 // tile in µm. With the spans |u|·Lx and |v|·Ly,
 //     rgb = Σ S(λ)·line_width·density(λ) / (sum of the spans),
 // where S is the power spectrum in µm² (`order_density` in orders.wgsl) and density(λ) the weight of each channel per
-// µm (`colour_density` in colours.wgsl). An axis without a list has no span in the sum.
+// µm, or W of nmm.rs (`colour_density` in colours.wgsl). An axis without a list has no span in the sum.
 
-// Wavelength in µm of the white answer near q.xy = 0, where neither axis has a list: the middle of the visible range. A
-// test compares the value with that in Rust.
+// Wavelength in µm of the white answer near q.xy = 0, where neither axis has a list, as in Single 2014. A test compares
+// the value with that in Rust.
 const WHITE_UM: f32 = 0.55;
 
 // Uniform of the method; counterpart of `NmmUniform` in nmm.rs.
 struct Nmm {
     // Lattice of the tile's diffraction orders.
     grid: OrderGrid,
-    // Ratio of the mean over an order's cell to the peak, along x and y (`line_width` in nmm.rs).
+    // Ratio of S's mean over an order's cell, the frequencies nearest to it, to its peak; along x and y (`line_width`
+    // in nmm.rs).
     line_width: vec2<f32>,
     _pad: vec2<f32>,
 }

@@ -37,7 +37,8 @@ use sunbeam_fourier::num_complex::Complex32;
 /// Largest exponent x of a factor e⁻ˣ or eˣ of an amplitude. Chosen: the squares e^{±60} lie within the range of single
 /// precision, with room for sums. Smaller Gaussians are neglected: their power is below 1e-26 of the peak.
 pub(super) const EXPONENT_MAX: f32 = 30.0;
-/// Largest κH of the Taylor series, whose terms reach e^κH before they cancel.
+/// Largest κH of the Taylor series, whose terms reach e^κH before they cancel. This only prevents overflow: rounding,
+/// up to about 1e-7·e^κH, exceeds the usual tolerances far below this limit.
 pub const TAYLOR_KAPPA_H_MAX: f64 = EXPONENT_MAX as f64;
 /// Largest size in bytes of the orders of a tile. Chosen to bound the memory of a method; larger values allow larger
 /// tiles and deeper reliefs.
@@ -46,14 +47,14 @@ pub const ORDERS_BYTES_MAX: usize = 512 << 20;
 /// Largest w of two directions: both along the normal.
 const W_MAX: f64 = 2.0;
 
-/// 1.5·2²³. Adding this to a number of magnitude below 2²² and subtracting it again rounds the number to a whole one.
-/// This takes two instructions on any processor, unlike `f32::round`.
+/// 1.5·2²³. Adding this to a number of magnitude below 2²² and subtracting it again rounds the number to a whole one,
+/// halves to even. This takes two instructions on any processor, unlike `f32::round`.
 const ROUNDING_BIAS: f32 = 1.5 / f32::EPSILON;
 
-/// The terms of every order that light from 380 to 780 nm can reach. The tile repeats.
+/// The Fourier coefficients term_{j,n} of every order that light from 380 to 780 nm can reach. The tile repeats.
 ///
-/// Terms are stored as `[jy][jx][pair of terms]` with jy from 0 and jx from −reach. A pair `[re, im, re, im]` is an
-/// even term and the following odd one. Orders with negative jy follow from `term_{−j,n} = conj term_{j,n}`, since
+/// They are stored as `[jy][jx][pair]` with jy from 0 and jx from −reach. A pair `[re, im, re, im]` is a term of even n
+/// and the one of n + 1. Orders with negative jy follow from `term_{−j,n} = conj term_{j,n}`, since
 /// heights are real.
 ///
 /// With an even number of pixels, the Fourier coefficient at half the sampling rate represents the orders of both
@@ -64,11 +65,11 @@ pub(super) struct Orders {
     pub grid: OrderGrid,
     /// Number of terms without the zeros that fill the grid's terms up to a multiple.
     count: usize,
-    /// Pairs of terms.
+    /// Pairs of coefficients, `grid.terms / 2` of each order.
     terms: Arc<Vec<[f32; 4]>>,
 }
 
-/// Numbers of terms and orders that an evaluation sums.
+/// Largest numbers of terms and orders that an evaluation sums.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OrderCounts {
     /// Terms of the series.
@@ -80,8 +81,8 @@ pub struct OrderCounts {
 impl Orders {
     /// Computes the orders of `field` for a coherence length in µm, four standard deviations of the window.
     ///
-    /// The number of terms and the neighbourhood follow from `tolerance`, a relative error, unless the options give
-    /// them. `progress` advances with each pair of terms.
+    /// Unless the options give them, the number of terms and the neighbourhood follow from `tolerance`: the error of an
+    /// amplitude, relative to that of a flat tile, before rounding. `progress` advances with each pair of terms.
     ///
     /// # Errors
     /// [`MethodError`]: a relief that is too deep, a neighbourhood that is too wide, or too many bytes.
@@ -131,7 +132,7 @@ impl Orders {
         Self { grid: OrderGrid { neighbourhood, ..self.grid }, ..self.clone() }
     }
 
-    /// Numbers of terms and orders that an evaluation sums.
+    /// Largest numbers of terms and orders that an evaluation sums.
     pub(super) fn counts(&self) -> OrderCounts {
         OrderCounts { terms: self.count, neighbourhood: self.grid.neighbourhood as usize }
     }
@@ -169,8 +170,8 @@ impl Orders {
         for (term, weight) in self.terms[first..first + weights.len()].iter().zip(weights) {
             (0..4).for_each(|part| sum[part] += term[part] * weight[part]);
         }
-        // The even sum plus i times the odd one: weights leave out the factor i of odd terms. Where −j is stored, both
-        // sums are the conjugates of those of j.
+        // The even sum plus i times the odd one: weights leave out the factor i of odd terms. Where −j is stored, the
+        // sums of j are the conjugates of both.
         let sign = sign as f32;
         [sum[0] - sign * sum[3], sign * sum[1] + sum[2]]
     }
@@ -199,7 +200,8 @@ impl Orders {
         found
     }
 
-    /// Whether the exponent of the nearest stored order's Gaussian is at most [`EXPONENT_MAX`] at a position.
+    /// Whether the exponent of the nearest stored order's Gaussian is at most [`EXPONENT_MAX`] at a position. This
+    /// limits the sum over both axes; [`Orders::neighbours`] limits each axis.
     #[inline]
     fn is_reached(&self, position: [f32; 2]) -> bool {
         let exponent = |axis: usize| {
@@ -288,8 +290,8 @@ fn kappa_h_max(half_range_um: f64) -> f64 {
     2.0 * PI * W_MAX / f64::from(WAVELENGTH_MIN_UM) * half_range_um
 }
 
-/// Number of terms: the given one, or the smallest with which the remainder of the series is below a tenth of the
-/// tolerance for every κ up to the largest. The orders left out may take half of it.
+/// Number of terms: the given one, or the number with which the remainder of the series is below a tenth of the
+/// tolerance for every κ up to the largest. The orders left out may take half of the tolerance.
 ///
 /// # Errors
 /// [`MethodError::TooManyTerms`] and [`MethodError::TaylorRange`].
@@ -315,10 +317,11 @@ fn orders_needed(sharpness: f64, tolerance: f64) -> f64 {
     needed.ceil().max(1.0)
 }
 
-/// Number of orders along each axis: the given one, or the one that the tolerance requires.
+/// Number of orders along each axis: the given one, at most [`NEIGHBOURHOOD_MAX`] (options.rs checks it), or the one
+/// that the tolerance requires.
 ///
 /// # Errors
-/// [`MethodError::TooWide`].
+/// [`MethodError::TooWide`] if the tolerance requires more than [`NEIGHBOURHOOD_MAX`].
 fn required_neighbourhood(
     sharpness: [f64; 2],
     pixels: [usize; 2],

@@ -31,8 +31,9 @@ impl OrderGrid {
         (self.terms as usize).saturating_sub(spare).max(1).next_multiple_of(2)
     }
 
-    /// Computes the weights at `w = cosθi + cosθo` for several wavelengths, in batches of [`LANES`]. Each wavelength in
-    /// µm comes with a value of the caller. `receive` is called with wavelength, value and weights, in the given order.
+    /// Computes the weights at `w = cosθi + cosθo` for several visible wavelengths, in batches of [`LANES`]. Each
+    /// wavelength in µm comes with a value of the caller. `receive` is called with wavelength, value and weights, in
+    /// the given order.
     pub(super) fn at_wavelengths<T>(
         &self,
         w: f32,
@@ -107,6 +108,7 @@ fn taylor_coefficients<const N: usize>(x: [f32; N], values: &mut [[f32; N]]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::methods::TAYLOR_KAPPA_H_MAX;
     use crate::transform::{chebyshev_terms, taylor_terms};
 
     #[test]
@@ -114,8 +116,7 @@ mod tests {
         for remainder in [1e-2, 1e-4, 1e-7] {
             for largest in [0.0, 0.5, 1.0, 3.3, 9.9, 30.0, 130.0] {
                 for (series, needed) in [chebyshev_terms, taylor_terms].into_iter().enumerate() {
-                    // The largest argument that the Taylor series accepts is 30.
-                    if series == 1 && largest > 30.0 {
+                    if series == 1 && largest > TAYLOR_KAPPA_H_MAX {
                         continue;
                     }
                     let count = needed(largest, remainder);

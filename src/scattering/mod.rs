@@ -1,5 +1,5 @@
-//! Factors of the reflectance that depend on directions and index only, and the scattering vector, by which the power
-//! spectrum of the relief is read.
+//! Factors of the reflectance that depend on directions and refractive indices only, and the scattering vector, which
+//! gives the arguments of the relief's power spectrum.
 //!
 //! | file | contents |
 //! | --- | --- |

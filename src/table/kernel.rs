@@ -3,6 +3,7 @@
 //! - `P`: period of the lattice in µm. Nodes are `1/P` apart. Their values are the Fourier transform of data over lags.
 //! - `d`: distance between the frequency of a look-up and a node, in nodes (multiples of `1/P`).
 //! - `e(d)`: weight of the node. A value between nodes is `Σ_j e(p − j) · value_j`, with `p` the position in nodes.
+//! - *Taps*: the nodes that a look-up reads along an axis.
 //! - `x`: lag in periods `P`.
 //! - `ê(x) = ∫ e(d)·cos(2πd·x) dd`: transform of the kernel.
 //! - Images: interpolation repeats the data at the lags `x + n` for every whole number n, weighted by `ê(x + n)`.
@@ -13,8 +14,8 @@
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Number of quadrature nodes of the midpoint rule over the quarter turn in [`semicircle_integral`]. The rule errs by
-/// `2r·e^−β·h²/24`, with `h` the step in radians: 1.2e-9 at the smallest β in use, 6.9 for three taps.
+/// Number of quadrature nodes of the midpoint rule over the quarter turn in [`semicircle_integral`]. For ê(0) the rule
+/// errs by `2r·e^−β·h²/24`, with `h` the step in radians: 1.2e-9 at the smallest β in use, 6.9 for three taps.
 const QUADRATURE_NODES: usize = 512;
 
 /// Weight `e(d)` of a node at the distance `d` in nodes.
@@ -94,9 +95,8 @@ fn semicircle_integral(beta: f64, radius: f64, even: impl Fn(f64) -> f64) -> f64
 /// [`semicircle`]'s constants were fitted at this ratio.
 pub(super) const OVERSAMPLING: f64 = 3.0;
 
-/// Fall of the images for each tap (node that a look-up reads), as a natural logarithm. Measured at [`OVERSAMPLING`]
-/// for the autocorrelation of a tapered scan and for a Gaussian window. The test `images_stay_below_the_planned_error`
-/// repeats the measurement.
+/// Fall of the images for each tap, as a natural logarithm. Measured at [`OVERSAMPLING`] for the autocorrelation of a
+/// tapered scan and for a Gaussian window. The test `images_stay_below_the_planned_error` repeats the measurement.
 const LOG_FALL_PER_TAP: f64 = 2.1;
 /// Natural logarithm of the images at zero taps, the intercept of the fit: images are about
 /// `exp(LOG_IMAGES_AT_ZERO_TAPS − LOG_FALL_PER_TAP·taps)`.
@@ -106,7 +106,7 @@ const LOG_IMAGES_AT_ZERO_TAPS: f64 = 0.6;
 const BETA_PER_TAP: f64 = 2.3;
 
 /// Semicircle kernel whose images stay below about `exp(−log_error)` on a lattice with [`OVERSAMPLING`], and its number
-/// of taps: the nodes that a look-up reads along one axis.
+/// of taps. `log_error` is positive.
 pub(super) fn semicircle(log_error: f64) -> (InterpolationKernel, usize) {
     let taps = ((log_error + LOG_IMAGES_AT_ZERO_TAPS) / LOG_FALL_PER_TAP).ceil();
     (InterpolationKernel::Semicircle { beta: BETA_PER_TAP * taps, radius: 0.5 * taps }, taps as usize)

@@ -63,7 +63,7 @@ pub struct Spectrum {
     lattice: Lattice,
     /// Tapers of an aperiodic scan along x and y; `None` where the tile repeats.
     tapers: Option<(Vec<f64>, Vec<f64>)>,
-    /// Divisor of node powers that makes the total of S one ([`total_power`]); 1 where the tile repeats.
+    /// Divisor of node powers that makes the integral of S one ([`total_power`]); 1 where the tile repeats.
     total_power: f64,
     /// `norm` in µm².
     norm: f64,
@@ -152,8 +152,8 @@ impl Spectrum {
     }
 
     /// Autocorrelation of the tapered screen, limited to the bands, `[lag y][lag x]` in FFT order. The number of lags
-    /// along an axis is that of the band's bins. Without the limit, lag zero is 1 where the tile repeats, else the
-    /// taper's power.
+    /// along an axis is that of the band's bins. Without the limit, lag zero is 1 where the tile repeats, else the sum
+    /// of t² over the scan's pixels.
     fn autocorrelation(&self, kappa: f64) -> Vec<Complex64> {
         let (gx, gy) = self.screen_grid;
         let mut screen = self.tapered_screen(kappa);
@@ -218,8 +218,8 @@ impl Spectrum {
     }
 
     /// Multiplies `data` by `scale` and the weights of both axes, and transforms them to the lattice's bins, in FFT
-    /// order. `data` are row-major on a grid around the origin, in FFT order, with as many pixels along an axis as its
-    /// band has bins. Bins are means over the lattice's pixels.
+    /// order. Bins are means over the lattice's pixels. `data` are row-major in FFT order around the origin, with as
+    /// many pixels along an axis as its band has bins.
     fn windowed(&self, data: &[Complex64], scale: f64) -> Vec<Complex64> {
         let (px, py) = (self.lattice.x.pixels, self.lattice.y.pixels);
         let data_width = self.bands[0].weights.len();
@@ -262,9 +262,9 @@ impl Spectrum {
     }
 }
 
-/// Divisor of node powers that makes the total of S one, for an aperiodic scan. For an ensemble it is the power of the
-/// taper, for a patch that of the tapered window over that of the window. Tapers and pixel sizes are along x and y;
-/// `s_um` is the standard deviation of the window.
+/// Divisor of node powers that makes the integral of S over frequency one, for an aperiodic scan. For an ensemble it is
+/// `Σ t²` over pixels, for a patch the power of the tapered window over that of the window. Tapers and pixel sizes are
+/// along x and y; `s_um` is the standard deviation of the window.
 fn total_power((tx, ty): &(Vec<f64>, Vec<f64>), model: Model, (dx_um, dy_um): (f64, f64), s_um: f64) -> f64 {
     match model {
         Model::Ensemble => taper_power(tx, |_| 1.0) * taper_power(ty, |_| 1.0),
@@ -291,7 +291,7 @@ fn norm(lattice: &Lattice, model: Model, s_um: f64) -> f64 {
 }
 
 /// Source pixel in the data and weight ([`LatticeAxis::window`]) of each lattice pixel along an axis, in FFT order. The
-/// data have `size` pixels and repeat. Of `aperiodic` data only one period counts, and weights beyond it are zero.
+/// data have `size` pixels, which repeat. For `aperiodic` data, weights beyond one period around the origin are zero.
 fn axis_weights(axis: &LatticeAxis, size: usize, aperiodic: bool) -> Vec<(usize, f64)> {
     let n = axis.pixels as i64;
     let pixel_um = axis.period_um / axis.pixels as f64;

@@ -13,7 +13,7 @@
 use super::{Direction, Fft2};
 use crate::height_field::HeightField;
 use serde::Serialize;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use sunbeam_fourier::num_complex::Complex64;
 
 /// Fraction of the heights' variance at or below which a peak is attributed to rounding. Chosen: larger values miss
@@ -23,8 +23,8 @@ const POWER_FRACTION_MIN: f64 = 1e-9;
 /// neighbours hold other waves: bin 1 the tilt of the relief, bins 2 and 3 the harmonics of bin 1.
 const REFINED_MIN: usize = 3;
 /// Half width of the band of frequencies that counts for a period's power and direction, as a fraction of its
-/// frequency. It is at least one axis bin; see [`Period::power_share`]. Chosen: larger values include more of an
-/// irregular pattern; smaller ones exclude other patterns.
+/// frequency. The band reaches at least one axis bin to either side ([`Period::power_share`]). Chosen: larger values
+/// include more of an irregular pattern; smaller ones exclude other patterns.
 const BAND: f64 = 0.1;
 
 /// Dominant period along one axis.
@@ -146,11 +146,12 @@ fn peak(bins: &[AxisBin], extent_um: f64, total: f64, repeats: bool) -> Option<P
     if power_share.is_nan() || power_share <= POWER_FRACTION_MIN {
         return None;
     }
-    // Half of the double angle of the sum. −90° is the same direction as 90°.
-    let radians = 0.5 * direction.arg();
-    let direction_deg = if radians <= -0.5 * PI { 90.0 } else { radians.to_degrees() };
+    // Half of the double angle of the sum.
+    let degrees = (0.5 * direction.arg()).to_degrees();
     // Removes rounding of the transform. Adding 0 removes the sign of −0.
-    let direction_deg = (direction_deg * 1e6).round() / 1e6 + 0.0;
+    let rounded = (degrees * 1e6).round() / 1e6 + 0.0;
+    // −90° is the same direction as 90°.
+    let direction_deg = if rounded <= -90.0 { 90.0 } else { rounded };
     Some(Period { period_um: extent_um / position, direction_deg, power_share })
 }
 
@@ -189,6 +190,14 @@ mod tests {
         let (x, y) = (xenopeltis.x.unwrap(), xenopeltis.y.unwrap());
         assert!((x.period_um / 1.552 - 1.0).abs() < 0.03, "{x:?}");
         assert!((y.period_um / 0.62 - 1.0).abs() < 0.05, "{y:?}");
+    }
+
+    #[test]
+    fn directions_that_round_to_minus_90_degrees_are_90() {
+        let mut bins = [AxisBin::default(); 3];
+        // The double angle of a direction 3e-8 degrees above −90°.
+        bins[1] = AxisBin { power: 1.0, direction: Complex64::cis(1e-9 - 0.5 * TAU) };
+        assert_eq!(peak(&bins, 1.0, 1.0, true).unwrap().direction_deg, 90.0);
     }
 
     #[test]

@@ -94,7 +94,8 @@ impl<N: Numbers> Lookup<N> {
             |(i, ..)| active & i.lt(int(4)),
             |(i, sum, weights)| {
                 let record = (node + i) * int(WORDS / 4) + (low >> 2);
-                // Seven words, in packets of four, two and one, to test every size. The spline needs the first six.
+                // Seven words, in packets of four, two and one, to test every size. The spline of a real table would
+                // also read the word before them, and never the seventh.
                 let words = {
                     let [a, b, c, d] = N::gather::<4>(self.0, record, active);
                     let [e, f] = N::gather::<2>(self.0, record * int(2) + int(2), active);

@@ -64,7 +64,9 @@ pub(crate) fn parse<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
     let field = error.path().to_string();
     let cause = error.into_inner();
     let message = without_line_number(&cause);
-    match (cause.is_data(), field.as_str()) {
+    // A number beyond the range of f64 is JSON, although `serde_json` counts it as an error of syntax.
+    let is_json = cause.is_data() || message.starts_with("number out of range");
+    match (is_json, field.as_str()) {
         (false, _) => Err(format!("not JSON: {message}")),
         // `serde_path_to_error` writes "." for the whole line, and "?" for an unknown place.
         (true, "." | "?") => Err(message),
@@ -80,7 +82,8 @@ fn without_line_number(error: &serde_json::Error) -> String {
 /// Normalises a direction. `name` is the name of its field, for messages.
 ///
 /// # Errors
-/// A number of components other than three, or a length that differs from 1 by more than 1e-3.
+/// A number of components other than three, or a length that differs from 1 by more than
+/// [`sunbeam::scattering::LENGTH_TOLERANCE`].
 pub(crate) fn direction(name: &str, components: &[f64]) -> Result<Vec3, String> {
     unit_vector(triple(name, components)?).map_err(|error| format!("{name:?} {error}"))
 }
@@ -135,7 +138,8 @@ mod tests {
         assert!(wrong("{").starts_with("not JSON"));
         assert!(wrong(r#"{"wavelength":"red"}"#).starts_with("\"wavelength\": expected a number"));
         assert!(wrong(r#"{"wave":1}"#).contains("unknown field `wave`"));
-        assert!(wrong(r#"{"wavelength":1e999}"#).contains("out of range"));
+        let message = wrong(r#"{"wavelength":1e999}"#);
+        assert!(message.contains("number out of range") && !message.contains("not JSON"), "{message}");
         assert!(wrong(r#"{"wavelength":1} 2"#).contains("trailing"));
         assert!(wrong("3").contains("expected struct"));
     }

@@ -140,8 +140,8 @@ impl Shader {
             part_count: AtomicU32::new(1),
             stop: Arc::default(),
         };
-        // Drivers finish compiling at the first use, so its time says nothing about the method, and the number of
-        // queries that was derived from it is reset. The query has no valid directions, so it takes no time of its own.
+        // Drivers finish compiling at the first use, so its time says nothing about the method. The number of queries
+        // derived from it is reset. The query has no valid directions, so the method is not evaluated.
         shader.evaluate_async(gpu, &[Query::default()]).await?;
         shader.planned_queries.store(FIRST_QUERIES, Relaxed);
         Ok(shader)
@@ -191,7 +191,7 @@ impl Shader {
     }
 
     /// Answers queries, in their order. Only their directions are read. An answer is 0 for directions that are not
-    /// finite, that do not lie above the surface, or that lie in the plane of a film.
+    /// finite, and for those not above the surface, or of a film, in its plane.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`], [`GpuError::CutShort`], [`GpuError::TooLarge`], and

@@ -4,7 +4,7 @@
 //!
 //! | symbol | meaning |
 //! | --- | --- |
-//! | d, k | period, and wave number in vacuum |
+//! | d, k | period in µm, and wave number in vacuum in rad/µm |
 //! | n | index of the lower medium, real |
 //! | κ² = k² − ky², κm² = n²k² − ky² | squared wave number in the xz plane, in the air and in the medium |
 //! | t = κd/2π, tm = κm·d/2π | bounds of \|b + m\| for orders m that propagate in the air and in the medium |
@@ -141,7 +141,7 @@ impl Below {
         let response = response(mesh, kappa_m_squared.into(), b)?;
         let waves = Waves::propagating(period, tm, b);
         let (alpha, beta) = (&waves.alpha, &waves.beta);
-        let (n, count, step) = (nodes.len(), alpha.len(), nodes.step());
+        let (node_count, count, step) = (nodes.len(), alpha.len(), nodes.step());
         let upwards = |i: usize, m: usize| Complex64::cis(alpha[m] * nodes.x[i] + beta[m] * nodes.z[i]);
         // The derivative of the phase along the normal, times the speed. `sign` is that of the wave vector along z.
         let slope = |i: usize, m: usize, sign: f64| {
@@ -156,10 +156,10 @@ impl Below {
         };
         Ok(Self {
             response,
-            incident: from_fn(n, count, upwards),
-            incident_flux: from_fn(n, count, |i, m| Complex64::I * upwards(i, m) * slope(i, m, 1.0)),
-            from_field: from_fn(count, n, |m, i| -green(m, i) * slope(i, m, -1.0)),
-            from_flux: from_fn(count, n, |m, i| Complex64::I * green(m, i)),
+            incident: from_fn(node_count, count, upwards),
+            incident_flux: from_fn(node_count, count, |i, m| Complex64::I * upwards(i, m) * slope(i, m, 1.0)),
+            from_field: from_fn(count, node_count, |m, i| -green(m, i) * slope(i, m, -1.0)),
+            from_flux: from_fn(count, node_count, |m, i| Complex64::I * green(m, i)),
             waves,
         })
     }

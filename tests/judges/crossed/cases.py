@@ -1,7 +1,8 @@
 """Cases on which this folder's solver of Maxwell's equations was run, and its stored answers in `answers/`.
 
-A *case* is a relief of a medium below air. An *answer* has the powers of its orders for one light, as fractions of the
-incident power. Scans and heights derived from them are not part of the project, so answers have no heights.
+A *case* is a relief of a medium below air. An *answer* has the powers of its reflected orders for one light, as
+fractions of the incident power. Scans and heights derived from them are not part of the project, so answers have no
+heights.
 """
 
 from __future__ import annotations
@@ -83,7 +84,8 @@ class Answer:
     """A stored answer: powers of the reflected orders (jx, jy), and the solver's accuracy.
 
     `s` and `p` are the powers for incident light of that polarisation, as fractions of the incident power. `balance` is
-    the deviation of the total power from 1, and `residual` that of the linear system; the larger one for s and p.
+    the deviation of the reflected and transmitted power from 1, and `residual` that of GMRES. Both are the larger value
+    of s and p.
     """
 
     light: Light
@@ -101,7 +103,7 @@ class Answer:
 
 
 def answers(name: str) -> dict[str, list[Answer]]:
-    """The stored answers of `name`.json for each light, by `Case.key` ("synthetic" for the synthetic relief)."""
+    """The stored answers of `name`.json, a list over lights by `Case.key` ("synthetic" for the synthetic relief)."""
     found = {}
     for key, rows in json.loads((ANSWERS / f"{name}.json").read_text(encoding="utf-8")).items():
         found[key] = [

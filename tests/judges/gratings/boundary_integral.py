@@ -23,7 +23,7 @@ GRAZING_COSINE = 1e-5
 
 @dataclass(frozen=True)
 class Resolution:
-    """Numbers of nodes and of evanescent orders. The defaults are chosen; `finer` ones show their error."""
+    """Numbers of nodes and of evanescent orders. The defaults are chosen; results of a `finer` one show their error."""
 
     # Nodes for each wavelength of arc.
     nodes_per_wavelength: float = 14
@@ -41,7 +41,7 @@ class Resolution:
 
 @dataclass(frozen=True)
 class Efficiencies:
-    """Numbers of the propagating orders, cosines of their angles, and fractions of the power in TE and in TM."""
+    """Indices of the propagating orders, cosines of their angles, and fractions of the power in TE and in TM."""
 
     orders: np.ndarray
     cosines: np.ndarray
@@ -90,7 +90,7 @@ def solve(
     incident = np.exp(1j * (alpha0 * nodes.x - beta0 * nodes.z))
     incident_flux = 1j * (nodes.normal_x * alpha0 - nodes.normal_z * beta0) * incident
     half = 0.5 * np.eye(len(nodes.x))
-    # TE: ψ times the weights, which stays finite at corners. TM: u.
+    # TE: ψ times the nodes' weights (arc in µm), which stays finite at corners. TM: u.
     weighted_flux = np.linalg.solve(half + nodes.weight[:, None] * adjoint, nodes.weight * incident_flux)
     field = np.linalg.solve(half - double_layer * nodes.weight, incident)
 

@@ -43,7 +43,10 @@ def dilogarithm(mu: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Lattice:
-    """The orders n = −count … count of a wave over a grating, with the symbols of the module."""
+    """The orders n = −count … count of a wave over a grating, with the symbols of the module.
+
+    They include every order that propagates (|α_n| < k).
+    """
 
     # d in µm, k and α_0 in rad/µm.
     period: float
@@ -64,7 +67,7 @@ class Lattice:
         return np.sqrt((self.k**2 - self.alpha**2).astype(complex))
 
     def gradient(self, x: np.ndarray, z: np.ndarray) -> tuple[tuple, tuple]:
-        """(∂G/∂x, ∂G/∂z) in 1/µm at (x, z) and at (−x, −z), away from the sources (pd, 0) with whole p.
+        """(∂G/∂x, ∂G/∂z) in 1/µm at (x, z) and at (−x, −z), away from the sources at x = pd, z = 0 with whole p.
 
         The sum over orders converges slowly for small z. Its terms' asymptotes up to n⁻² are subtracted, and their sum
         is added in closed form (Kummer's transformation), so that the error falls as count⁻².
@@ -80,8 +83,9 @@ class Lattice:
         carrier = np.exp(1j * alpha0 * x)
         decay = np.exp(-2 * np.pi / d * abs_z)
         tilt = {side: np.exp(-side * alpha0 * abs_z) for side in (1, -1)}
-        # Sums of terms for ∂G/∂x and ∂G/∂z without common factors. Evanescent terms at (−x, −z) are the conjugates of
-        # those at (x, z). Waves that propagate are summed at (x, z) in `there`, and at (−x, −z) in `back`.
+        # Sums `[component]` for ∂G/∂x and ∂G/∂z without common factors. Asymptotes and evanescent terms at (−x, −z) are
+        # the conjugates of those at (x, z). Waves that propagate are summed at (x, z) in `there`, and at (−x, −z) in
+        # `back`.
         conjugate = np.array(self._asymptotes(x, abs_z, carrier, tilt))
         there, back = np.zeros_like(conjugate), np.zeros_like(conjugate)
         # step^n and decay^n.
@@ -128,7 +132,7 @@ class Lattice:
         return towards_x, up * shared + down * np.conj(shared)
 
     def self_term(self) -> complex:
-        """Limit of ∂G/∂x at the source without the source's own field, in 1/µm; the limit of ∂G/∂z is 0.
+        """Limit of ∂G/∂x along z = 0 at the source, without the source's own field, in 1/µm; that of ∂G/∂z is 0.
 
         The asymptotes sign(n) of the terms are subtracted. Their sum i·cot(πx/d)·exp(iα_0 x) is id/(πx) − α_0 d/π up to
         terms in x. Its first part is the source's own field.

@@ -11,9 +11,9 @@ pub const REGION_SIZE_UM: RangeInclusive<f64> = 3.0..=33.0;
 /// looks torn at the borders.
 pub const REGION_SPREAD: RangeInclusive<f64> = 0.0..=0.1;
 
-/// Sub-regions of a skin, a model of an observation in Single 2014 (M. Single's thesis). Over the wavelength, the angle
-/// of the diffraction peak alternates there between two curves, which the thesis attributes to regions of different
-/// period.
+/// Sub-regions of a skin, a model of an observation in Single 2014 (M. Single's thesis). As the wavelength changes, the
+/// angle of the diffraction peak alternates there between two curves. The thesis attributes them to regions of
+/// different period.
 ///
 /// The tile is divided into equal squares. Their number along each axis is the even one nearest to the tile's edge
 /// divided by `size_um`. Along x, the period along x is alternately divided by `1 + spread` and by `1 − spread`; the

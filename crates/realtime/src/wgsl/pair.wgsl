@@ -1,5 +1,5 @@
 // Geometry of a pair of directions and the factors that follow from it; counterpart of `Pair` in
-// src/scattering/geometry.rs, with the same arithmetic.
+// src/scattering/geometry.rs, with the same formulas in single precision.
 //
 // wi is the unit vector to the light and wo the unit vector to the viewer, in a frame with the normal along +z.
 // Their sum is the scattering vector q = wi + wo = (u, v, w). Factors: O, the obliquity factor, and M, shadowing and

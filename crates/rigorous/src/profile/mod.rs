@@ -106,7 +106,7 @@ impl Profile {
     }
 
     /// Straight edges through `corners` (x, z) in µm. A last edge leads to the first corner moved by one period, unless
-    /// the last corner lies there.
+    /// the last corner is exactly there.
     ///
     /// x must not decrease from one corner to the next, nor exceed the x of the first corner by more than the period.
     /// The height is therefore a function of x, except at vertical walls.
@@ -149,10 +149,10 @@ impl Profile {
     ///   more than 20° from the angles of the steps on either side. The wall stands halfway between both samples.
     /// - A *kink* is a sample where the slope's angle turns by more than 20°. The turn is also more than four times the
     ///   turns at the samples two places before and after, so a bend that the sampling resolves is no kink.
-    /// - Between corners the relief is a straight edge, or a cubic spline where the heights deviate from a straight
-    ///   edge by more than a thousandth of the relief's height.
+    /// - Between corners the relief is a straight edge, or, through at least 4 samples, a cubic spline where one of
+    ///   them deviates from the straight edge by more than a thousandth of the relief's height.
     /// - Without corners the relief is the Fourier series of the heights. Its last coefficients are left out as long as
-    ///   their magnitudes sum to at most 1e-4 of the largest one.
+    ///   their magnitudes sum to at most 1e-4 of the largest one besides the mean.
     ///
     /// # Errors
     /// - [`Error::OutOfRange`]: a period that is not finite and positive, heights that are not finite, a relief deeper

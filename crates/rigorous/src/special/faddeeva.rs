@@ -3,8 +3,8 @@
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
-/// N of the cited paper. The quadrature rules have N + 1 positive nodes and the step √(π/(N + 1)). With this N their
-/// error is near that of double precision.
+/// N of the paper that [`faddeeva`] cites. The quadrature rules have N + 1 positive nodes and the step √(π/(N + 1)).
+/// With this N their error is near that of double precision.
 const N: usize = 11;
 
 /// `w(z) = e^{−z²} erfc(−iz)` for every complex z, to about 1e-14 of the larger of 1 and |w|.
@@ -45,7 +45,7 @@ pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
     if is_midpoint_rule {
         sum + correction(1.0 + phase)
     } else {
-        // The second term is that of the node at 0.
+        // The second term is that of the node at 0, with half the weight of the others.
         sum + Complex64::new(0.0, step / PI) / z + correction(1.0 - phase)
     }
 }
