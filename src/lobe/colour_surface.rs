@@ -187,7 +187,7 @@ impl ColourSurface {
         [self.table.words(), self.sampler.words(), albedo]
     }
 
-    /// The lobe over plain numbers, in `f32` or `f64`.
+    /// The lobe of the relief without a transparent body, over plain numbers in `f32` or `f64`.
     pub fn lobe<F>(&self) -> ColourLobe<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -235,10 +235,13 @@ impl ColourSurface {
     }
 
     /// `f_r` in 1/sr as linear sRGB, divided by the albedo where energy is conserved, without the cosine. Includes the
-    /// interface's factor if the surface was built with an index. Zero unless both directions lie above the surface.
-    /// Colours outside sRGB have negative channels.
+    /// interface's factor if the surface was built with an index. Zero unless both directions lie above the surface;
+    /// with a transparent body, either may lie below. Colours outside sRGB have negative channels.
     pub fn eval(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
-        self.lobe::<f64>().eval(wi, wo, LinearSrgb, true)
+        match self.transmissive_lobe_over::<Plain<'_, f64>>(self.words(), None) {
+            Some(lobe) => lobe.eval(wi, wo, LinearSrgb, true),
+            None => self.lobe::<f64>().eval(wi, wo, LinearSrgb, true),
+        }
     }
 }
 
