@@ -64,7 +64,7 @@ impl SurfaceConfig {
                  file of one",
             ),
             Source::Preset(Preset::Flat | Preset::Blazed | Preset::Sinusoidal | Preset::Lamellar) => Ok(()),
-            // Checked when its profile is read; so is an array, which has no source here.
+            // Checked when its profile is read; so is an array, for which the flat preset stands here (validate.rs).
             Source::File(_) => Ok(()),
         }
     }

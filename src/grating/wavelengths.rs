@@ -132,7 +132,7 @@ pub(super) fn all_solved(period_um: f64, spacing: Option<Spacing>) -> Vec<f64> {
 /// Indices of the solved wavelengths among the first `count` ≥ 1 of a table: those in steps of `every` from the first
 /// on, and the last.
 pub(super) fn solved_indices(count: usize, every: usize) -> Vec<usize> {
-    let last = count.saturating_sub(1);
+    let last = count - 1;
     (0..last).step_by(every).chain([last]).collect()
 }
 

@@ -344,3 +344,27 @@ fn reference_index(index: &SpectralIndex) -> ComplexIndex {
         .map(|nm| index.at(f64::from(nm)))
         .fold(first, |best, index| if at_normal(&index) > at_normal(&best) { index } else { best })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Preset;
+    use crate::scattering::TransparentBody;
+
+    #[test]
+    fn a_film_passes_light_to_its_other_side() {
+        let (eta, coherence_length_um) = (1.5, 5.0);
+        // Relief and coherence length are magnified by the film's index.
+        let field = Preset::Blazed.build(None, None).unwrap().resized(eta, eta);
+        let options = Options {
+            body: Some(TransparentBody::new(eta, true, coherence_length_um)),
+            coherence_length_um: coherence_length_um * eta,
+            conserve_energy: false,
+            tolerance: 1e-2,
+            ..Options::default()
+        };
+        let surface = ColourSurface::new(&field, &options, None).unwrap();
+        // Light that goes straight on.
+        assert!(surface.eval([0.0, 0.0, 1.0], [0.0, 0.0, -1.0])[1] > 0.0);
+    }
+}

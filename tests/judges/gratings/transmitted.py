@@ -91,8 +91,8 @@ def rigorous(setting: Setting) -> np.ndarray:
 def powers(setting: Setting, theory: list, eta: float) -> np.ndarray:
     """Powers of the transmitted orders by `sunbeam eval --method exact`, with its arguments `theory`.
 
-    `eta` is at least ETA, for which the orders propagate. In a medium of index `eta` the BSDF is larger by `eta`² than in
-    air (docs/model.md#bodies-that-transmit), which the power is not.
+    `eta` is at least ETA, for which the orders propagate. In a medium of index `eta` the BSDF is larger by `eta`² than
+    in air (docs/model.md#bodies-that-transmit), which the power is not.
     """
     directions = setting.tangential(setting.orders) / eta
     down = -np.sqrt(1 - (directions**2).sum(axis=-1))
