@@ -37,8 +37,8 @@ impl Key {
         Self::new("surface", field, options)
     }
 
-    /// Key of a [`ColourSurface`](crate::lobe::ColourSurface). `index` is the index of its Fresnel factor; `None` for a
-    /// perfect reflector.
+    /// Key of a [`ColourSurface`](crate::lobe::ColourSurface). `index` is the index of its interface's factor; `None`
+    /// leaves the factor out.
     pub(super) fn of_colours(field: &HeightField, options: &Options, index: Option<&SpectralIndex>) -> Self {
         Self::new(&format!("colours {index:?}"), field, options)
     }

@@ -46,7 +46,7 @@ impl SurfaceConfig {
         }
         let other = "theory \"rigorous\"";
         let scalar_only = "theory \"scalar\" has it";
-        // Parameter, whether its value contradicts the rigorous theory, and the reason for the message.
+        // Parameter, whether its value contradicts the rigorous theory, and advice for the message.
         let checks = [
             ("model", self.model == Model::Patch, scalar_only),
             ("shadowing", self.shadowing, "orders contain what the relief shadows"),
@@ -55,15 +55,17 @@ impl SurfaceConfig {
             ("obliquity", self.obliquity != ObliquityChoice::Auto, scalar_only),
         ];
         refuse_contradictions(other, &checks)?;
-        // These presets vary along y, too. A file is checked when its profile is read.
         match self.source() {
+            // These presets vary along y, too; elaphe is also the default without preset and file.
             Source::Preset(Preset::Cd | Preset::Elaphe | Preset::Xenopeltis) => contradiction(
                 "preset",
                 other,
                 "it takes reliefs that vary along x alone: \"blazed\", \"sinusoidal\", \"lamellar\", \"flat\", or a \
                  file of one",
             ),
-            _ => Ok(()),
+            Source::Preset(Preset::Flat | Preset::Blazed | Preset::Sinusoidal | Preset::Lamellar) => Ok(()),
+            // Checked when its profile is read; so is an array, for which the flat preset stands here (validate.rs).
+            Source::File(_) => Ok(()),
         }
     }
 }

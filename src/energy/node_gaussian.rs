@@ -52,7 +52,7 @@ pub(super) struct NodeGaussian<'a> {
     pub f: [f64; 2],
     /// Standard deviation along x and y in cycles/µm.
     pub sigma_f: [f64; 2],
-    /// Record of the table that gives `P(κ)`: spline coefficients, or the sum of those of several nodes.
+    /// Record of the table that gives `P(κ)`: header and spline coefficients, or the sums of those of several nodes.
     pub record: Cow<'a, [f32]>,
     /// Whether the Gaussian stands for several nodes; coarser rules then suffice.
     pub merged: bool,

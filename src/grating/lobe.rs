@@ -168,7 +168,7 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         // Standard deviation of the tangential part of the wave vector, divided by the wave number in vacuum.
         let sigma = wavelength_um * real(self.layout.sigma_per_um);
         let [offset_x, offset_y] = [1, 2].map(|i| normal_quantile(u[i]) * sigma);
-        // With tangential parts k of wi and wo, times their indices, order m leaves at ko = (mλ/d − ki.x, −ki.y).
+        // With ki and ko the tangential parts of wi and wo times their media's indices: ko = (mλ/d − ki.x, −ki.y).
         let [incident_x, incident_y] = self.layout.efficiencies.tangential::<N>(wi);
         let centre_x = N::narrow(m / self.periods(nm) - incident_x);
         let (x, y) = (centre_x + offset_x, offset_y - N::narrow(incident_y));

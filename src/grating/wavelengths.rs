@@ -80,9 +80,9 @@ fn interpolation_error(
         .map(|&([fraction, b], nm)| {
             let nodes_nm = (0..weights.len()).map(|i| nm - reach + step_nm * i as f64);
             let wavelengths_nm: Vec<f64> = nodes_nm.chain([nm]).collect();
-            // A fraction of d/λ at the longest node, so that ky is real at all nodes.
+            // A fraction of d/λ at the longest wavelength used, so that ky is real at all of them.
             let t = fraction * 1e3 * period_um / (nm + reach);
-            // With t below b, no order might propagate.
+            // With t below b, no order might propagate, hence b below t.
             let b = b.min(0.9 * t);
             let solved = solver.efficiencies(t, b, &wavelengths_nm)?;
             let (at_nodes, exact) = (&solved[..weights.len()], &solved[weights.len()]);
@@ -102,9 +102,9 @@ fn cell_count(period_um: f64, wavelength_nm: f64) -> usize {
     (2e3 * period_um / wavelength_nm) as usize + 1
 }
 
-/// Wavelengths of a table in nm, ascending, and the number of cells at each. `step_nm` is the largest step. A perfect
-/// conductor has none, and two wavelengths, the ends of the range. A wavelength has as many cells as the next shorter
-/// one, since look-ups interpolate between both.
+/// Wavelengths of a table in nm, ascending, and the number of cells at each. `step_nm` is the largest step; `None`, for
+/// a perfect conductor, gives the two ends of the range: its efficiencies at (t, b) do not depend on λ. A wavelength
+/// has as many cells as the next shorter one, since look-ups interpolate between both.
 pub(super) fn table_wavelengths(period_um: f64, step_nm: Option<f64>) -> (Vec<f64>, Vec<usize>) {
     let range = WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM;
     let steps = step_nm.map_or(1.0, |step| (range / step).ceil());
@@ -119,7 +119,8 @@ pub(super) fn wavelengths_with_cell(cell: usize, cell_counts: &[usize]) -> usize
     cell_counts.iter().rposition(|&count| cell < count).map_or(0, |last| last + 1)
 }
 
-/// All wavelengths in nm that are solved in at least one cell, ascending; without `spacing`, the ends of the range.
+/// All wavelengths in nm that are solved in at least one cell, ascending. Without `spacing`, for a perfect conductor,
+/// the ends of the range.
 pub(super) fn all_solved(period_um: f64, spacing: Option<Spacing>) -> Vec<f64> {
     let (nm, cell_counts) = table_wavelengths(period_um, spacing.map(|spacing| spacing.step_nm));
     let every = spacing.map_or(1, |spacing| spacing.solved_every);
@@ -131,7 +132,7 @@ pub(super) fn all_solved(period_um: f64, spacing: Option<Spacing>) -> Vec<f64> {
 /// Indices of the solved wavelengths among the first `count` ≥ 1 of a table: those in steps of `every` from the first
 /// on, and the last.
 pub(super) fn solved_indices(count: usize, every: usize) -> Vec<usize> {
-    let last = count.saturating_sub(1);
+    let last = count - 1;
     (0..last).step_by(every).chain([last]).collect()
 }
 

@@ -187,7 +187,7 @@ impl ColourSurface {
         [self.table.words(), self.sampler.words(), albedo]
     }
 
-    /// The lobe over plain numbers, in `f32` or `f64`.
+    /// The lobe of the relief without a transparent body, over plain numbers in `f32` or `f64`.
     pub fn lobe<F>(&self) -> ColourLobe<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -235,10 +235,13 @@ impl ColourSurface {
     }
 
     /// `f_r` in 1/sr as linear sRGB, divided by the albedo where energy is conserved, without the cosine. Includes the
-    /// interface's factor if the surface was built with an index. Zero unless both directions lie above the surface.
-    /// Colours outside sRGB have negative channels.
+    /// interface's factor if the surface was built with an index. Zero unless both directions lie above the surface;
+    /// with a transparent body, either may lie below. Colours outside sRGB have negative channels.
     pub fn eval(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
-        self.lobe::<f64>().eval(wi, wo, LinearSrgb, true)
+        match self.transmissive_lobe_over::<Plain<'_, f64>>(self.words(), None) {
+            Some(lobe) => lobe.eval(wi, wo, LinearSrgb, true),
+            None => self.lobe::<f64>().eval(wi, wo, LinearSrgb, true),
+        }
     }
 }
 
@@ -340,4 +343,28 @@ fn reference_index(index: &SpectralIndex) -> ComplexIndex {
         .step_by(REFERENCE_STEP_NM)
         .map(|nm| index.at(f64::from(nm)))
         .fold(first, |best, index| if at_normal(&index) > at_normal(&best) { index } else { best })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Preset;
+    use crate::scattering::TransparentBody;
+
+    #[test]
+    fn a_film_passes_light_to_its_other_side() {
+        let (eta, coherence_length_um) = (1.5, 5.0);
+        // Relief and coherence length are magnified by the film's index.
+        let field = Preset::Blazed.build(None, None).unwrap().resized(eta, eta);
+        let options = Options {
+            body: Some(TransparentBody::new(eta, true, coherence_length_um)),
+            coherence_length_um: coherence_length_um * eta,
+            conserve_energy: false,
+            tolerance: 1e-2,
+            ..Options::default()
+        };
+        let surface = ColourSurface::new(&field, &options, None).unwrap();
+        // Light that goes straight on.
+        assert!(surface.eval([0.0, 0.0, 1.0], [0.0, 0.0, -1.0])[1] > 0.0);
+    }
 }

@@ -27,8 +27,9 @@ pub(crate) trait PerWavelength<N: Numbers>: Sides<N> {
     /// [`Sides::probability`]. Ignored where the mask is false.
     fn density(&self, pair: &Self::Pair, nm: N::Real, active: N::Mask) -> N::Real;
 
-    /// A direction from three random numbers in [0, 1); the zero vector where the drawn wave vector lies beyond the
-    /// horizon. Samplers that need two random numbers ignore the first. Results are ignored where the mask is false.
+    /// A direction from three random numbers in [0, 1), of which the first may be rounded to 1. The zero vector where
+    /// the drawn wave vector lies beyond the horizon. Samplers that need two random numbers ignore the first. Results
+    /// are ignored where the mask is false.
     ///
     /// There are three kinds of lobes:
     ///
@@ -81,8 +82,8 @@ impl<N: Numbers, T: PerWavelength<N>, const L: usize> Lobe<N, [N::Real; L]> for 
     fn sample(&self, wi: [N::Real; 3], nm: [N::Real; L], u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let (to_below, u) = self.choose(wi, u);
         let [x, y, z] = sample_mixture::<N, L>(u, active & self.accepts(wi), |choice, u, active| {
-            // `choice` is in [0, L], and `u` are rescaled to [0, 1]. `chosen` is nm[k] for k ≤ choice < k + 1, and the
-            // last wavelength for choice = L. Recorded numbers have no value yet, so they cannot index an array.
+            // `choice` is in [0, L]. `chosen` is nm[k] for k ≤ choice < k + 1, and the last wavelength for choice = L.
+            // Recorded numbers have no value yet, so they cannot index an array.
             let chosen =
                 (1..L).fold(nm[0], |before, k| N::Real::select(choice.lt(N::Real::lit(k as f64)), before, nm[k]));
             self.draw(wi, to_below, chosen, u, active)

@@ -49,7 +49,7 @@ fn grating() -> Option<&'static dyn Method> {
 }
 
 /// Every method with its kind. `stam` comes in both forms. `table` is a relief's table, a film's and, with the feature
-/// `rigorous`, a grating's, whose answers are reflectances.
+/// `rigorous`, a grating's, whose answers are reflectances. No albedo is divided by: energy is not conserved.
 fn methods() -> Vec<(MethodKind, &'static dyn Method)> {
     let field = Preset::Sinusoidal.build(None, None).unwrap();
     // The published methods accept only these options.

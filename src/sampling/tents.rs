@@ -14,7 +14,7 @@ const TENT_REACH: f64 = 4.5;
 /// in nodes. They sum to 1.
 ///
 /// They minimise `∫ g²/p`, which is one more than the variance of the sample weight `g/p`, by multiplicative gradient
-/// steps, which keep weights positive.
+/// steps, which keep weights positive. `sigma` is positive.
 pub(super) fn tent_weights(sigma: f64) -> Vec<f32> {
     /// Midpoints per node of the integral. Chosen; with 64, weights change by up to 1.5e-3.
     const STEPS: usize = 16;
@@ -40,6 +40,7 @@ pub(super) fn tent_weights(sigma: f64) -> Vec<f32> {
             gradient[k] += (1.0 - t) * ratio;
             gradient[k + 1] += t * ratio;
         }
+        // The root makes each step minimise an upper bound that meets the integral at the previous weights.
         weights.iter_mut().zip(&gradient).for_each(|(weight, slope)| *weight *= slope.sqrt());
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|weight| *weight /= sum);

@@ -2,6 +2,7 @@
 //!
 //! The arguments of S are the spatial frequency `f = (u, v)/λ` in cycles/µm and the phase rate `κ = 2πw/λ` in rad/µm.
 //! The factor before `S/λ²` is `R·O·M`: Fresnel reflectance, obliquity and shadowing (docs/model.md#the-reflectance).
+//! The small-slope factor Q, if chosen, replaces R, and O is then 1.
 
 use super::{ComplexIndex, Obliquity, Reading, angular_factor, floored_cosines, fresnel_of_family, small_slope};
 use crate::numeric::{Numbers, Real};

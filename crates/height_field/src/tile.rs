@@ -15,14 +15,15 @@ use std::f64::consts::PI;
 /// Fraction of each axis that is blended if no width is given. A wider strip changes more of the relief; a narrower one
 /// makes steeper transitions.
 const BLEND_FRACTION: f64 = 0.1;
+/// Least length of an axis, in strips: a wider strip is refused.
+const STRIPS_MIN: usize = 3;
 /// Reciprocal of the largest fraction by which the search for matching edges shortens the longest length, which is the
-/// axis without the strip. The search covers a whole period if that length has `PERIODS_MIN` periods. The strip is at
-/// most the same fraction of the axis. A smaller number may cut off more of the scan; a larger one finds fewer whole
-/// periods.
+/// axis without the strip. The search covers a whole period if that length has `PERIODS_MIN` periods. A smaller number
+/// may cut off more of the scan; a larger one finds fewer whole periods.
 const PERIODS_MIN: usize = 3;
 /// Tolerance on the mismatch, as a fraction of the largest mismatch. Lengths whose mismatch exceeds the least by at
-/// most this tolerance are accepted, and the search starts from the longest of them. A larger tolerance keeps more
-/// pixels and matches worse.
+/// most this tolerance are accepted, and the descent to a local minimum starts from the longest of them. A larger
+/// tolerance keeps more pixels and matches worse.
 const MISMATCH_TOLERANCE: f64 = 0.1;
 
 /// Steps in height across the seam of a repeated tile, along one axis.
@@ -56,10 +57,10 @@ pub struct TileReport {
     pub blended_share: f64,
     /// Root mean square change of the blended pixels, in µm.
     pub rms_change_um: f64,
-    /// Root mean square heights of the kept part before blending, and of the tile, in µm. Blending edges that do not
-    /// match lowers them.
+    /// Root mean square heights in µm: of the kept part before blending, and of the tile. Blending edges that do not
+    /// match lowers the latter.
     pub rms_um: [f64; 2],
-    /// Seams of the whole field before.
+    /// Seams of the whole field before blending.
     pub seams_before: Seams,
     /// Seams of the tile.
     pub seams_after: Seams,
@@ -95,8 +96,8 @@ impl HeightField {
     /// ```
     ///
     /// # Errors
-    /// [`HeightFieldError::Blend`] for a width below a pixel or above a third of the extent along an axis of several
-    /// pixels.
+    /// [`HeightFieldError::Blend`] if, along an axis of several pixels, the width rounds to no pixel or to more than a
+    /// third of the pixels: always along an axis of two.
     pub fn made_tileable(&self, blend_um: Option<f64>) -> Result<(Self, TileReport), HeightFieldError> {
         let (nx, ny) = self.size();
         let (extent_x, extent_y) = self.extent_um();
@@ -106,7 +107,7 @@ impl HeightField {
             let pixels = (width_um / pixel_um).round();
             match count {
                 1 => Ok(0),
-                _ if pixels >= 1.0 && pixels <= count as f64 / PERIODS_MIN as f64 => Ok(pixels as usize),
+                _ if pixels >= 1.0 && pixels <= count as f64 / STRIPS_MIN as f64 => Ok(pixels as usize),
                 _ => Err(HeightFieldError::Blend { axis, width_um, extent_um }),
             }
         };
@@ -177,8 +178,8 @@ fn best_length(heights: &Array2<f64>, strip: usize) -> usize {
         beginning.iter().zip(beyond).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
     };
     let longest = heights.ncols() - strip;
-    // At least `strip`, so that both strips do not overlap.
-    let shortest = (longest * (PERIODS_MIN - 1)).div_ceil(PERIODS_MIN).clamp(strip, longest);
+    // At least 4/9 of the axis, which exceeds `strip`: the strips do not overlap.
+    let shortest = (longest * (PERIODS_MIN - 1)).div_ceil(PERIODS_MIN);
     let mismatches: Vec<f64> = (shortest..=longest).map(mismatch).collect();
     let least = mismatches.iter().copied().fold(f64::INFINITY, f64::min);
     let largest = mismatches.iter().copied().fold(0.0, f64::max);

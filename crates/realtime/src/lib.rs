@@ -1,5 +1,5 @@
-//! The realtime renderer: the methods of [`sunbeam::methods`] on the GPU, without a window. [`snake`] is the mesh that
-//! it draws by default.
+//! The realtime renderer: the methods of [`sunbeam::methods`] on the GPU, without a window. [`snake`] is the mesh of
+//! the default [`Shape`].
 //!
 //! [`Gpu`] opens an adapter. A *method* computes the reflectance of a relief for a pair of directions. A [`Shader`] is
 //! a method with its data on the GPU. It answers arrays of [`Query`], each a surface point with a pair of directions
@@ -9,12 +9,12 @@
 //! 1. *raster* finds the triangle at each pixel. Nothing is interpolated.
 //! 2. *locate* computes the point of the triangle on the pixel's ray, the shading frame and the directions there, and
 //!    the visibility of the sun. A depth map from the sun decides the visibility for nearly every pixel, and a ray
-//!    through a tree of boxes for the others. The shading frame has the conventions of Mitsuba 3, so pictures agree
-//!    pixel by pixel.
+//!    through a tree of boxes for the others. The stage also adds the radiance of the ground to the picture. The
+//!    shading frame has the conventions of Mitsuba 3, so pictures agree pixel by pixel.
 //! 3. *shade* computes the reflectance by the method, for sunlit samples of the mesh only, in submissions of bounded
 //!    time.
-//! 4. *resolve* computes the radiance of these samples with the pigment, and adds it to the mean over the samples of a
-//!    pixel.
+//! 4. *resolve* computes the radiance of these samples with the pigment, and adds it to the mean over the samples of
+//!    each pixel.
 //!
 //! Supersampling repeats the stages for each sample of a pixel, so the memory does not depend on the number of samples.
 //! Light is direct sunlight only; a film ([`AnswerKind::Film`](sunbeam::methods::AnswerKind::Film)) also shows the
@@ -24,7 +24,7 @@
 //! Calls that wait for the GPU are futures, because the event loop of a browser must not block. On other platforms most
 //! of them have a blocking form without `_async` in its name.
 //!
-//! `wi` is the direction to the light and `wo` the direction to the viewer, both in the grating's frame. This is the
+//! On the mesh `wi` is the direction to the light and `wo` that to the viewer, both in the grating's frame. This is the
 //! shading frame rotated about the normal z, so that x is the relief's x axis. Radiance is linear sRGB, not clamped. A
 //! white diffuse plane that faces the sun has the radiance 1.
 //!

@@ -27,7 +27,7 @@
 //! | n | refractive index of the lower medium, `eta + i·k` (this k is the extinction coefficient) |
 //! | ky | wave number along y, common to all fields: each varies as e^{i·ky·y} |
 //! | κ² = k² − ky² | squared wave number in the xz plane, in the air |
-//! | κm² = k²n² − ky² | the same in the lower medium |
+//! | κm² = k²n² − ky² | the same in the lower medium, which m stands for in κm and tm |
 //! | t = κd/2π, tm = κm·d/2π | period in units of the wavelengths 2π/κ and 2π/κm |
 //! | b | Bloch phase in turns: a field changes by the factor e^{2πib} from one period to the next |
 //! | m | index of a diffraction order |

@@ -108,18 +108,19 @@ fn transmitted_powers_are_the_first_order_of_a_shallow_relief() {
         let mut compared = 0;
         while compared < 300 {
             let (wi, wo) = (above(&mut random), above(&mut random));
-            // States are undefined along the normal.
+            // States s and p are undefined along the normal.
             if wi[2].max(wo[2]) > 0.999 {
                 continue;
             }
             compared += 1;
-            let [_, expected] = first_order(wi, wo, Complex64::new(eta, 0.0));
+            // Transmitted amplitudes, `[outgoing state][incident state]`.
+            let [_, amplitudes] = first_order(wi, wo, Complex64::new(eta, 0.0));
             let inside = [wo[0] / eta, wo[1] / eta];
             let cos = (1.0 - inside[0] * inside[0] - inside[1] * inside[1]).sqrt();
             let found = pair(interface(eta), wi, [inside[0], inside[1], -cos]);
             let w = eta * cos - wi[2];
             let scale = eta * cos / wi[2] / (w * w);
-            let expected = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(o, i)| scale * expected[o][i].norm_sqr());
+            let expected = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(o, i)| scale * amplitudes[o][i].norm_sqr());
             for (found, expected) in found.powers.into_iter().zip(expected) {
                 // Below its bound |w| is replaced.
                 let is_bounded = w.abs() < eta * interface(eta).normal_min;

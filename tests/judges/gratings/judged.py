@@ -3,7 +3,7 @@
 `perfect.csv` has perfect conductors by `boundary_integral`, for TE and TM light incident perpendicular to the grooves.
 `metals.csv` has lamellar gratings of aluminium, silver and gold in conical mounts by SCATMECH
 (`requirements-judges.lock`). The powers of its orders for incident s and p are extrapolated from two truncations. Their
-uncertainty `unsettled` is the difference from the finer truncation.
+uncertainty `unsettled` is the larger difference from the finer truncation.
 """
 
 from __future__ import annotations

@@ -67,7 +67,7 @@ class Setting:
     @property
     def orders(self) -> np.ndarray:
         """The orders that propagate in the medium."""
-        # Larger than any of them.
+        # Exceeds |m| of every order m that propagates.
         reach = int((ETA + 1) * 1e3 * self.grating.period / self.wavelength_nm) + 1
         orders = np.arange(-reach, reach + 1)
         return orders[np.linalg.norm(self.tangential(orders), axis=-1) < ETA]
@@ -91,8 +91,8 @@ def rigorous(setting: Setting) -> np.ndarray:
 def powers(setting: Setting, theory: list, eta: float) -> np.ndarray:
     """Powers of the transmitted orders by `sunbeam eval --method exact`, with its arguments `theory`.
 
-    In a medium of index `eta` the BSDF is larger by `eta`² than in air (docs/model.md#bodies-that-transmit), which the
-    power is not.
+    `eta` is at least ETA, for which the orders propagate. In a medium of index `eta` the BSDF is larger by `eta`² than
+    in air (docs/model.md#bodies-that-transmit), which the power is not.
     """
     directions = setting.tangential(setting.orders) / eta
     down = -np.sqrt(1 - (directions**2).sum(axis=-1))

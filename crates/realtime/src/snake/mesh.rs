@@ -191,7 +191,8 @@ struct Vertex {
 impl Surface {
     /// The skin that the options describe.
     pub(super) fn new(options: &SnakeOptions) -> Self {
-        // A row of scales runs along the top of the back, so back_v is a whole number of half scales, near ½.
+        // A row of scales runs along the top of the back, so its v is a whole number of half scales over their count,
+        // near ½.
         let back_v = (options.rows_around / 2) as f64 / options.rows_around as f64;
         let body = Body::new(options, back_v);
         let scales = Scales::new(options, body.width_cm());
