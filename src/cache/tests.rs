@@ -1,6 +1,7 @@
 //! Tables read from the cache equal those built, and damaged or foreign entries are ignored.
 //!
-//! `Origin` says where tables come from: `Kept` were built and written, `NotKept` only built, `Read` were in the cache.
+//! `Origin` says where tables come from: `Kept` were built and written, `NotKept` could not be written,
+//! `Read` were in the cache, and `Built` were built with the cache off.
 
 use super::*;
 use crate::height_field::Preset;

@@ -15,8 +15,8 @@
 //!
 //! [`build`] builds a method for a height field. The published methods, [`Flss`], [`Nmm`], [`Pq`], [`Stam`] and
 //! [`StamGems`], evaluate a single window at a fixed position over a tile that repeats (`model = patch`,
-//! `tiling = periodic`), and support nothing else. The [`ColourTable`] supports both models and tilings, and is the
-//! only method that can conserve energy. `GratingColourSurface`, a grating by Maxwell's equations, is also a method.
+//! `tiling = periodic`), and support nothing else. The [`ColourTable`] supports both models and tilings, and the option
+//! `conserve_energy`. `GratingColourSurface`, a grating by Maxwell's equations, is also a method.
 
 mod bessel;
 mod build;
