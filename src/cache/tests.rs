@@ -5,7 +5,8 @@
 
 use super::*;
 use crate::height_field::Preset;
-use crate::table::Model;
+use crate::scattering::{ComplexIndex, Obliquity, SizeRange, TransparentBody};
+use crate::table::{Model, Tiling};
 use std::fs;
 use std::path::Path;
 use tempfile::tempdir;
@@ -73,10 +74,14 @@ fn every_input_of_the_tables_changes_the_key() {
     let options = [
         Options { coherence_length_um: 10.000_000_000_1, ..quick() },
         Options { model: Model::Ensemble, ..quick() },
-        Options { tiling: crate::table::Tiling::Aperiodic, ..quick() },
-        Options { obliquity: crate::scattering::Obliquity::Unit, ..quick() },
+        Options { tiling: Tiling::Aperiodic, ..quick() },
+        Options { obliquity: Obliquity::Unit, ..quick() },
+        Options { index: Some(SpectralIndex::Constant(ComplexIndex { eta: 1.5, k: 0.0 })), ..quick() },
         Options { conserve_energy: true, ..quick() },
         Options { shadowing: true, ..quick() },
+        Options { reach: 0.5, ..quick() },
+        Options { sizes: Some(SizeRange { scale: [1.0, 2.0], depth: [1.0, 1.0] }), ..quick() },
+        Options { body: Some(TransparentBody { eta: 1.5, is_film: true, normal_min: 0.1 }), ..quick() },
         Options { tolerance: 2e-3, ..quick() },
     ];
     keys.extend(options.map(|options| Key::of_surface(&base.0, &options)));

@@ -18,6 +18,7 @@ use super::{Gpu, GpuError, pipeline, program};
 use bytemuck::Zeroable;
 
 /// Times in ms of the stages of a picture, measured by the GPU or, without [`Gpu::has_timestamps`], by the wall clock.
+/// In a browser, raster and resolve then have the time of their submission alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct StageTimes {
     /// Finding the triangle at each pixel, and drawing the sun's depth map if the sun has moved.
