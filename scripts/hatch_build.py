@@ -1,7 +1,7 @@
-"""Build hook of the wheel: builds the plugin with Cargo against the Mitsuba of an interpreter.
+"""Build hook of the wheel: builds the plugin with Cargo against Mitsuba.
 
-The interpreter is `SUNBEAM_PYTHON`, by default the one that builds the wheel. Hatchling, the build backend, runs the
-hook for `pip install` and `pip wheel` (pyproject.toml).
+The release of Mitsuba is that of the interpreter `SUNBEAM_PYTHON`, by default the one that builds the wheel. Hatchling,
+the build backend, runs the hook for `pip install` and `pip wheel` (pyproject.toml).
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ def stripped(plugin: Path, folder: Path) -> Path:
 class PluginBuildHook(BuildHookInterface):
     """Runs ``cargo build`` and tags the wheel with its platform.
 
-    The wheel has the plugin for that interpreter's Mitsuba. With ``SUNBEAM_ALL_RELEASES=1`` (`make wheel`) it has
-    a plugin for every release that `scripts/versions.py` has built.
+    The wheel has the plugin for that release of Mitsuba. With ``SUNBEAM_ALL_RELEASES=1`` (`make wheel`) it has a plugin
+    for every release that `scripts/versions.py` has built.
     """
 
     def initialize(self, version: str, build_data: dict) -> None:
