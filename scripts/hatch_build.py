@@ -75,7 +75,7 @@ class PluginBuildHook(BuildHookInterface):
         for release, plugin in plugins.items():
             # Cargo's target folder may be relative to the repository.
             source = stripped(root / plugin, root / "target" / "wheel" / release)
-            # Path in the wheel, by path on this machine. Mitsuba finds `plugins/diffraction.so` in the folder of the release.
+            # Path in the wheel, by path on this machine. Mitsuba expects a folder `plugins` in the release's folder.
             build_data["force_include"][str(source)] = f"sunbeam_mitsuba/plugins/{release}/plugins/diffraction.so"
         # The wheel serves all versions of Python on this platform.
         build_data["pure_python"] = False

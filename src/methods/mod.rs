@@ -63,8 +63,8 @@ use std::borrow::Cow;
 /// Meaning of a method's answer, its value for a pair of directions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum AnswerKind {
-    /// The relief's factor of the reflectance, divided by the albedo where energy is conserved. The caller multiplies it
-    /// by Fresnel factor, obliquity and shadowing, `R·O·M`.
+    /// The relief's factor of the reflectance, divided by the albedo where energy is conserved. The caller multiplies
+    /// it by Fresnel factor, obliquity and shadowing, `R·O·M`.
     Relief,
     /// The whole `f_r`, all factors included.
     Reflectance,
