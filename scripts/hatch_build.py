@@ -1,11 +1,11 @@
-"""Build hook of the wheel: builds the plugin with Cargo against the building interpreter's Mitsuba.
+"""Build hook of the wheel: builds the plugin with Cargo against Mitsuba.
 
-Hatchling, the build backend, runs it for `pip install` and `pip wheel` (pyproject.toml).
+The release of Mitsuba is that of the interpreter `SUNBEAM_PYTHON`, by default the one that builds the wheel. Hatchling,
+the build backend, runs the hook for `pip install` and `pip wheel` (pyproject.toml).
 """
 
 from __future__ import annotations
 
-import importlib.metadata
 import os
 import shutil
 import subprocess
@@ -35,15 +35,15 @@ def stripped(plugin: Path, folder: Path) -> Path:
 class PluginBuildHook(BuildHookInterface):
     """Runs ``cargo build`` and tags the wheel with its platform.
 
-    The wheel has the plugin for the building interpreter's Mitsuba. With ``SUNBEAM_ALL_RELEASES=1`` (`make wheel`) it
-    has a plugin for every release that `scripts/versions.py` has built.
+    The wheel has the plugin for that release of Mitsuba. With ``SUNBEAM_ALL_RELEASES=1`` (`make wheel`) it has a plugin
+    for every release that `scripts/versions.py` has built.
     """
 
     def initialize(self, version: str, build_data: dict) -> None:
         """Builds and adds the plugins. Hatchling calls it before it collects the files of a wheel.
 
         `version` is the kind of wheel, standard or editable; both are built alike. The files to add and the wheel's tag
-        are written to `build_data`. Raises SystemExit with one line where the plugin cannot be built.
+        are written to `build_data`. Raises SystemExit with one line where Cargo is missing or fails.
         """
         root = Path(self.root)
         environment = {"CARGO_TARGET_DIR": str(root / "target"), **os.environ}
@@ -58,8 +58,14 @@ class PluginBuildHook(BuildHookInterface):
             raise SystemExit("sunbeam-mitsuba needs Rust to be built: see https://rustup.rs") from None
         except subprocess.CalledProcessError as error:
             raise SystemExit(f"`{' '.join(command)}` failed with status {error.returncode}") from None
+        # Asked of the interpreter that build.rs uses, which may have another Mitsuba than this one.
+        question = "from importlib.metadata import version; print(version('mitsuba'))"
+        python = environment.get("SUNBEAM_PYTHON", sys.executable)
+        answer = subprocess.run(
+            [python, "-c", question], env=environment, check=True, stdout=subprocess.PIPE, text=True
+        )
         # Plugins by their release of Mitsuba.
-        plugins = {importlib.metadata.version("mitsuba"): Path(environment["CARGO_TARGET_DIR"], PLUGIN)}
+        plugins = {answer.stdout.strip(): Path(environment["CARGO_TARGET_DIR"], PLUGIN)}
         if os.environ.get("SUNBEAM_ALL_RELEASES") == "1":
             # Paths are target/versions/RELEASE/plugins/diffraction.so.
             built = (root / "target" / "versions").glob("*/plugins/diffraction.so")
@@ -69,7 +75,7 @@ class PluginBuildHook(BuildHookInterface):
         for release, plugin in plugins.items():
             # Cargo's target folder may be relative to the repository.
             source = stripped(root / plugin, root / "target" / "wheel" / release)
-            # Path in the wheel, by path on this machine.
+            # Path in the wheel, by path on this machine. Mitsuba expects a folder `plugins` in the release's folder.
             build_data["force_include"][str(source)] = f"sunbeam_mitsuba/plugins/{release}/plugins/diffraction.so"
         # The wheel serves all versions of Python on this platform.
         build_data["pure_python"] = False

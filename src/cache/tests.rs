@@ -1,10 +1,12 @@
 //! Tables read from the cache equal those built, and damaged or foreign entries are ignored.
 //!
-//! `Origin` says where tables come from: `Kept` were built and written, `NotKept` only built, `Read` were in the cache.
+//! `Origin` says where tables come from: `Kept` were built and written, `NotKept` could not be written,
+//! `Read` were in the cache, and `Built` were built with the cache off.
 
 use super::*;
 use crate::height_field::Preset;
-use crate::table::Model;
+use crate::scattering::{ComplexIndex, Obliquity, SizeRange, TransparentBody};
+use crate::table::{Model, Tiling};
 use std::fs;
 use std::path::Path;
 use tempfile::tempdir;
@@ -72,10 +74,14 @@ fn every_input_of_the_tables_changes_the_key() {
     let options = [
         Options { coherence_length_um: 10.000_000_000_1, ..quick() },
         Options { model: Model::Ensemble, ..quick() },
-        Options { tiling: crate::table::Tiling::Aperiodic, ..quick() },
-        Options { obliquity: crate::scattering::Obliquity::Unit, ..quick() },
+        Options { tiling: Tiling::Aperiodic, ..quick() },
+        Options { obliquity: Obliquity::Unit, ..quick() },
+        Options { index: Some(SpectralIndex::Constant(ComplexIndex { eta: 1.5, k: 0.0 })), ..quick() },
         Options { conserve_energy: true, ..quick() },
         Options { shadowing: true, ..quick() },
+        Options { reach: 0.5, ..quick() },
+        Options { sizes: Some(SizeRange { scale: [1.0, 2.0], depth: [1.0, 1.0] }), ..quick() },
+        Options { body: Some(TransparentBody { eta: 1.5, is_film: true, normal_min: 0.1 }), ..quick() },
         Options { tolerance: 2e-3, ..quick() },
     ];
     keys.extend(options.map(|options| Key::of_surface(&base.0, &options)));

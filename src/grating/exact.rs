@@ -50,8 +50,8 @@ impl ExactGrating {
         Self { body: Some(body), ..Self::new(profile, Some(index), coherence_length_um) }
     }
 
-    /// `f_r` in 1/sr, like [`GratingSurface::eval`](super::GratingSurface::eval): without the cosine, and zero unless
-    /// both directions lie above the surface.
+    /// `f_r` in 1/sr, like [`GratingSurface::eval`](super::GratingSurface::eval): without the cosine. Zero unless both
+    /// directions lie above the surface; a body that transmits has values on either side.
     ///
     /// # Errors
     /// An index or wavelength that the solver refuses, and orders that it cannot solve accurately enough.
@@ -61,6 +61,7 @@ impl ExactGrating {
         }
         let Some(pair) = Pair::new(wi, wo) else { return Ok(0.0) };
         let period_um = self.profile.period_um();
+        // d/λ.
         let periods = 1e3 * period_um / wavelength_nm;
         // σ and f.x in units of 1/d, in which order m has the frequency m; f.y in units of σ.
         let sigma = period_um * self.sigma_per_um;
@@ -88,8 +89,8 @@ impl ExactGrating {
         Ok(sum * scale)
     }
 
-    /// [`ExactGrating::eval`] at a body that transmits: the power per solid angle and |wo.z| of light from wi to wo, on
-    /// either side.
+    /// [`ExactGrating::eval`] at a body that transmits, for directions on either side: the power per solid angle of
+    /// light from wi to wo, over |wo.z|.
     ///
     /// # Errors
     /// The errors of [`ExactGrating::eval`].
@@ -115,8 +116,8 @@ impl ExactGrating {
         // Bounds of |a| and |a + m| for waves that propagate in the media of wi and wo.
         let bounds = indices.map(|index| periods * (index * index - y * y).max(0.0).sqrt());
         let tm = periods * (body.eta * body.eta - y * y).max(0.0).sqrt();
-        // |ky|/k exceeds 1 for light in the medium that is totally reflected. The check accepts at most 1, and is
-        // stricter for smaller values.
+        // |ky|/k exceeds 1 for light in the medium that is totally reflected. The check accepts at most 1, where it
+        // counts at least as many propagating waves.
         check_size(&self.profile, &medium_at(self.index.as_ref(), nm)?, nm, y.abs().min(1.0))?;
         let mut sum = 0.0;
         let (first, last) = (frequency_x - REACH * sigma, frequency_x + REACH * sigma);

@@ -20,10 +20,10 @@ use crate::table::{COHERENCE_LENGTH_UM, Model, Progress, TOLERANCE, Tiling};
 /// Builds a method for the surface of a height field.
 ///
 /// Where the method evaluates only the relief's factor of the reflectance ([`super::AnswerKind::Relief`]), the caller
-/// multiplies it by the obliquity and shadowing factors of `surface`. With energy conservation the albedo table is
-/// built with these factors, so it is valid for them only. A method of a film ([`Options::body`]) evaluates the whole
-/// scattering function; only [`MethodKind::Table`] supports films. Numbers of terms and orders that `options` do not
-/// give follow from the surface's `tolerance`, a relative error.
+/// multiplies it by the Fresnel factor, and by the obliquity and shadowing factors of `surface`. With energy
+/// conservation the albedo table is built with these two, so it is valid for them only. A method of a film
+/// ([`Options::body`]) evaluates the whole scattering function; only [`MethodKind::Table`] supports films. Numbers of
+/// terms and orders that `options` do not give follow from the surface's `tolerance`, a relative error.
 ///
 /// ```
 /// use sunbeam::methods::{MethodKind, MethodOptions, build};

@@ -15,8 +15,8 @@
 //!
 //! [`build`] builds a method for a height field. The published methods, [`Flss`], [`Nmm`], [`Pq`], [`Stam`] and
 //! [`StamGems`], evaluate a single window at a fixed position over a tile that repeats (`model = patch`,
-//! `tiling = periodic`), and support nothing else. The [`ColourTable`] supports both models and tilings, and is the
-//! only method that can conserve energy. `GratingColourSurface`, a grating by Maxwell's equations, is also a method.
+//! `tiling = periodic`), and support nothing else. The [`ColourTable`] supports both models and tilings, and the option
+//! `conserve_energy`. `GratingColourSurface`, a grating by Maxwell's equations, is also a method.
 
 mod bessel;
 mod build;
@@ -63,8 +63,8 @@ use std::borrow::Cow;
 /// Meaning of a method's answer, its value for a pair of directions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum AnswerKind {
-    /// The relief's factor of the reflectance. The caller multiplies it by Fresnel factor, obliquity and shadowing,
-    /// `R·O·M`.
+    /// The relief's factor of the reflectance, divided by the albedo where energy is conserved. The caller multiplies
+    /// it by Fresnel factor, obliquity and shadowing, `R·O·M`.
     Relief,
     /// The whole `f_r`, all factors included.
     Reflectance,

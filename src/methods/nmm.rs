@@ -6,7 +6,8 @@
 //! sum.
 //!
 //! The list of wavelengths along x is `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`; that along y has v
-//! and Ly. The lists have the densities `|u|Lx/λ²` and `|v|Ly/λ²` over λ. The colour is a sum over both lists:
+//! and Ly. The lists have the densities `|u|Lx/λ²` and `|v|Ly/λ²` over λ. The colour is a sum over both lists, with the
+//! colour weights `weight(λ)` per µm (colours.rs):
 //!
 //! - *weighted*: `Σ S·weight(λ)/N`. This is a quadrature of `∫ S/λ²·weight(λ) dλ`: the steps of a list are
 //!   `dλ = λ²/(|u|Lx)`, and both lists are averaged by their densities.
@@ -61,8 +62,8 @@ pub(super) struct NmmUniform {
 pub struct Nmm {
     /// Orders for values at one wavelength, with the neighbourhood that the tolerance requires.
     orders: Orders,
-    /// The same orders for colours. Unless the options give a neighbourhood, it is only as large as a tolerance of at
-    /// least [`COLOUR_TOLERANCE_MIN`] requires.
+    /// The same stored orders for colours. Unless the options give a neighbourhood, it is only as large as a tolerance
+    /// of at least [`COLOUR_TOLERANCE_MIN`] requires.
     colour_orders: Orders,
     /// Density of the colour weights over the wavelength: `weight`, or `W` in the unweighted form.
     colours: Colours,

@@ -221,7 +221,8 @@ impl<N: Numbers> OrdersView<N> {
                 (near.next(j), weight.fma(gaussian, density))
             },
         );
-        // Peak of a normalised Gaussian per area of direction cosines: dx·dy/(2π·σx·σy·λ²), with σ in orders.
+        // Peak of a normalised Gaussian per area of direction cosines: dx·dy/(2π·σx·σy·λ²), with σ in orders. Where a
+        // window narrows σ, `squared_um` includes its factor.
         let [x, y] = &self.layout.axes;
         let norm = x.period_um * y.period_um / (TAU * x.sigma * y.sigma);
         let peak = lit(norm) / reading.squared_um();

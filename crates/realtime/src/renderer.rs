@@ -2,9 +2,10 @@
 //! draws one sample of every pixel.
 //!
 //! If the sun has moved, the sun's depth map (sunlight.rs) is drawn before the first sample. The locate stage writes a
-//! *query* for each pixel: its visible point with the directions to sun and viewer (layout.rs). It adds the ground's
-//! radiance to the picture, which the first sample clears. It chooses the queries of sunlit points of the mesh, for the
-//! next two stages. Their number, `chosen`, is read back, because it sizes the dispatches of these stages.
+//! *query* for each pixel: its visible point with the directions to sun and viewer (layout.rs). This stage also adds
+//! the ground's radiance to the picture, which the first sample replaces, and lists the queries of sunlit points of the
+//! mesh in the buffer `chosen` (target.rs). The length of the list, `chosen_count`, is read back, because it sizes the
+//! dispatches of shade and resolve.
 
 use super::clock::Clock;
 use super::layout::FrameUniform;
@@ -17,6 +18,7 @@ use super::{Gpu, GpuError, pipeline, program};
 use bytemuck::Zeroable;
 
 /// Times in ms of the stages of a picture, measured by the GPU or, without [`Gpu::has_timestamps`], by the wall clock.
+/// In a browser, raster and resolve then have the time of their submission alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct StageTimes {
     /// Finding the triangle at each pixel, and drawing the sun's depth map if the sun has moved.
@@ -37,9 +39,9 @@ impl StageTimes {
 
     /// The median of each stage over several pictures. For an even number of pictures it is the upper one of the two
     /// middle values, and without pictures it is 0.
-    pub fn medians(times: &[Self]) -> Self {
+    pub fn medians(pictures: &[Self]) -> Self {
         let median = |stage: fn(&Self) -> f64| {
-            let mut sorted: Vec<f64> = times.iter().map(stage).collect();
+            let mut sorted: Vec<f64> = pictures.iter().map(stage).collect();
             sorted.sort_by(f64::total_cmp);
             sorted.get(sorted.len() / 2).copied().unwrap_or_default()
         };
@@ -59,7 +61,7 @@ pub struct FrameReport {
     pub gpu_ms: StageTimes,
     /// Number of queries that the method answered: sunlit samples of the mesh.
     pub answered: u64,
-    /// Number of submissions of the stage `shade`, at least one for each sample that has queries.
+    /// Number of submissions of the stage `shade`, at least one for each sample that has queries to answer.
     pub submissions: u32,
 }
 
@@ -95,7 +97,7 @@ impl Renderer {
         })
     }
 
-    /// Draws a picture into [`Target::picture`].
+    /// Draws a picture into [`Target::picture`]. Calls must not overlap: they share buffers.
     ///
     /// # Errors
     /// The errors of [`View::check`]; [`GpuError::Refused`], [`GpuError::Lost`], [`GpuError::CutShort`], and
@@ -116,6 +118,7 @@ impl Renderer {
             let map = scene.sunlight.view();
             // The sun's pass writes depths only, no triangle numbers.
             report.gpu_ms.raster += self.rasterise(gpu, scene, &self.shadow, &bindings.shadow, None, &map).await?;
+            // Into the buffer that the locate stage reads.
             scene.sunlight.copy(gpu)?;
             scene.sunlight.end_drawing(to_sun);
         }
@@ -124,13 +127,13 @@ impl Renderer {
             gpu.queue().write_buffer(&self.frame, 0, bytemuck::bytes_of(&uniform));
             report.gpu_ms.raster +=
                 self.rasterise(gpu, scene, &self.raster, &bindings.raster, Some(&target.seen), &target.depth).await?;
-            let (locate_ms, chosen) = self.locate.run(gpu, target, &bindings.locate).await?;
+            let (locate_ms, chosen_count) = self.locate.run(gpu, target, &bindings.locate).await?;
             report.gpu_ms.locate += locate_ms;
-            let spent = shader.run(gpu, &bindings.shade, chosen).await?;
+            let spent = shader.run(gpu, &bindings.shade, chosen_count).await?;
             report.gpu_ms.shade += spent.gpu_ms;
             report.submissions += spent.submissions;
-            report.answered += u64::from(chosen);
-            report.gpu_ms.resolve += self.add_radiance(gpu, &bindings, chosen).await?;
+            report.answered += u64::from(chosen_count);
+            report.gpu_ms.resolve += self.add_radiance(gpu, &bindings, chosen_count).await?;
         }
         Ok(report)
     }
@@ -174,8 +177,8 @@ impl Renderer {
         clock.run(gpu, encoder).await
     }
 
-    /// Adds the radiance of the `chosen` answered queries to the picture; returns the time in ms.
-    async fn add_radiance(&self, gpu: &Gpu, bindings: &Bindings, chosen: u32) -> Result<f64, GpuError> {
+    /// Adds the radiance of the `chosen_count` answered queries to the picture; returns the time in ms.
+    async fn add_radiance(&self, gpu: &Gpu, bindings: &Bindings, chosen_count: u32) -> Result<f64, GpuError> {
         let clock = Clock::new(gpu);
         let mut encoder = gpu.encoder();
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -184,7 +187,7 @@ impl Renderer {
         });
         pass.set_pipeline(&self.resolve);
         pass.set_bind_group(0, &bindings.resolve, &[]);
-        pipeline::dispatch_over(&mut pass, chosen);
+        pipeline::dispatch_over(&mut pass, chosen_count);
         drop(pass);
         clock.run(gpu, encoder).await
     }

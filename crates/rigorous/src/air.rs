@@ -221,7 +221,7 @@ impl<'a> Air<'a> {
             .map(|from| {
                 [from, count + from].map(|column| {
                     let inward = [0, 1].map(|component| self.inward(&fields[component], &fluxes[component], column));
-                    // The incident wave, of order n and amplitude 1, carries the power d·βn in the unit of `inward`.
+                    // The incident wave of amplitude 1 carries the power d·β in the unit of `inward`; β is its order's.
                     (inward[0] + inward[1]) / (self.mesh.profile().period_um() * self.waves.beta[from])
                 })
             })
