@@ -30,8 +30,8 @@ use super::{ComplexIndex, Vec3};
 use crate::numeric::Real;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Smallest divisor of the azimuth's cosine, which is the product of the two sines or of tangential lengths. Chosen:
-/// nearer to the normal the azimuth is lost to rounding and does not matter.
+/// Smallest divisor of the azimuth's cosine, a product of two sines or of two tangential lengths. Chosen: nearer to the
+/// normal the azimuth is lost to rounding and does not matter.
 pub(crate) const SINES_MIN: f64 = 1e-6;
 /// Smallest squared modulus by which anything is divided. Chosen so that products of two reciprocals stay finite in
 /// single precision.
@@ -212,8 +212,8 @@ mod tests {
     fn every_family_has_the_power_of_the_amplitudes() {
         // Rounding in double precision, multiplied by |ε| where products cancel for conductors.
         const DOUBLE: f64 = 1e-7;
-        // Rounding in single precision, 6e-8, multiplied where products cancel. At grazing angles that of the azimuth is
-        // larger, so the difference may grow as 1/cosθ.
+        // Rounding in single precision, 6e-8, multiplied where products cancel. At grazing angles that of the azimuth
+        // is larger, so the difference may grow as 1/cosθ.
         const SINGLE: f64 = 1e-4;
         let mut random = Random::new(7);
         for index in indices() {

@@ -3,7 +3,7 @@
 //! ground and the sample's weight to the picture. The next stage computes the reflectance of the queries in `chosen`.
 //! `locate.wgsl` explains the entry points and the lists `skin`, `bare`, `rest` and `chosen`.
 //!
-//! The lengths of the lists are read back after each submission: later dispatches have as many invocations.
+//! The lengths of the lists are read back after each submission, because they determine the later dispatches.
 
 use super::clock::Clock;
 use super::pipeline::{self, Access};
@@ -35,8 +35,8 @@ const GROUP: [Access; 11] = [
 /// Turns the triangles of pixels into queries (`locate.wgsl`), in three submissions:
 ///
 /// 1. `sort`: pixels are sorted into the lists `skin` (with a triangle) and `bare` (without one).
-/// 2. `bare` and `skin`: the queries of both lists are written. Pixels that triangle and depth map of the sun leave
-///    undecided, and pixels of a film, are added to `rest`.
+/// 2. `bare` and `skin`: the queries of both lists are written. Pixels are added to `rest` if their ray misses their
+///    triangle, if the sun's depth map does not decide the visibility, or if they show a film.
 /// 3. `rest` and `choose`: rays through the mesh replace the queries of `rest`, and the queries of sunlit points of the
 ///    mesh are listed in `chosen`.
 pub(super) struct Locate {

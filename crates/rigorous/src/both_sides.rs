@@ -1,5 +1,5 @@
-//! All orders on both sides of a lossless dielectric for one direction of light, solved and checked in one call. Symbols
-//! are those of `lib.rs`.
+//! All orders on both sides of a lossless dielectric for one direction of light, solved and checked in one call
+//! (symbols: `lib.rs`).
 
 use crate::error::positive;
 use crate::orders::{COSINE_MIN, check_length, flipped, on_sufficient_nodes};
@@ -60,8 +60,8 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
     // Order 0 has the wave number 2πb/d = −k·n'·wi.x along x.
     let b = -wi[0] * eta_in * k * period / TAU;
     // Squared wave number in the xz plane: κ² for light from above, κm² from below, where κ² = κm² − (eta² − 1)k². κ²
-    // is negative for some light that is totally reflected. Computed from x and z, the square keeps its digits for light
-    // along the grooves.
+    // is negative for some light that is totally reflected. Computed from x and z, the square keeps its digits for
+    // light along the grooves.
     let incident_squared = (eta_in * k).powi(2) * (wi[0] * wi[0] + wi[2] * wi[2]);
     let kappa_squared =
         if side == Side::Above { incident_squared } else { incident_squared - (eta * eta - 1.0) * k * k };
@@ -77,7 +77,8 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
         Ok((forward, errors))
     })?;
     let incident = Channel { side, order: 0 };
-    // All orders have the incident light's ky = −k·eta_in·wi.y, so in a medium of index `n` the direction's y is ky/(k·n).
+    // All orders have ky = −k·eta_in·wi.y of the incident light, so in a medium of index `n` their directions have the
+    // y component ky/(k·n).
     let orders = |side: Side, n: f64| orders_on(&forward, side, incident, n * k, -wi[1] * eta_in / n);
     let (above, below) = (orders(Side::Above, 1.0), orders(Side::Below, eta));
     Ok(BothSides { above, below, nodes, balance_error, reciprocity_error })

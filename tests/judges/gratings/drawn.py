@@ -9,8 +9,8 @@ for gratings under a clear cover. The judges are
 - for sinusoids in other media the solver of `tests.judges.crossed`;
 - for lamellar gratings in other media NIST's SCATMECH (`requirements-judges.lock`).
 
-There is none for sawteeth in other media. Each judge solves at two resolutions; answers that have not converged are left
-out. Under a cover the judges solve for light and orders in a medium of the cover's index, without its flat side.
+There is none for sawteeth in other media. Each judge solves at two resolutions; answers that have not converged are
+left out. Under a cover the judges solve for light and orders in a medium of the cover's index, without its flat side.
 """
 
 from __future__ import annotations

@@ -47,7 +47,8 @@ struct Frame {
 @group(0) @binding(0) var<uniform> frame: Frame;
 
 // Values of `Frame.blend`, which `View::uniform` in view.rs writes as numbers; resolve.wgsl has their formulas.
-// With this one the pigment receives the light that the surface does not reflect.
+//
+// Diffraction, and the pigment in the light that the surface does not reflect.
 const FRAME_PHYSICAL: u32 = 0u;
 // Mean of diffraction and pigment, weighted by `share`.
 const FRAME_FIXED_MIX: u32 = 1u;
