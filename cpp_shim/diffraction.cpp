@@ -27,7 +27,7 @@
  *                                        is refused)
  * level                 string           none, mean, plane, quadratic, lines: form subtracted from the heights (plane
  *                                        for files, none for presets)
- * tiling                string           periodic, aperiodic (aperiodic for files, periodic for presets)
+ * tiling                string           periodic, aperiodic (aperiodic for files by scalar theory, else periodic)
  * scale, depth          float or         size of the pattern, and of its heights, relative to the relief given; in
  *                       texture          [1e-3, 1] (1). Exposed; a change of a number builds the tables anew, and
  *                                        textures are differentiable. Textures need scalar theory
@@ -140,6 +140,7 @@
  */
 
 #include <stdexcept>
+#include <string_view>
 
 #include <mitsuba/core/object.h>
 

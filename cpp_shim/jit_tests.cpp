@@ -1,4 +1,4 @@
-// Implementation of the helpers for the tests of tracing. Exceptions must not reach Rust, so each is caught here.
+// Implementation of the helpers for the tests of tracing. Exceptions must not reach Rust, so `attempt` catches them.
 #include "jit_tests.h"
 
 #include <exception>

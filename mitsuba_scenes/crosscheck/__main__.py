@@ -16,6 +16,7 @@ from .run import Disagreement, crosscheck, insist
 def main(words: list[str] | None = None) -> int:
     """Runs the command. Exit status: 0, 1 if the renderers disagree, 2 after one line on stderr for another error."""
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.crosscheck", description=__doc__)
+    # A string, since argparse applies `type` to no other defaults.
     folder = str(REPOSITORY / "out" / "crosscheck")
     parser.add_argument("-o", "--output", type=output_folder, default=folder, help="folder of the report and pictures")
     parser.add_argument("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba, a spectral one")
@@ -28,7 +29,8 @@ def main(words: list[str] | None = None) -> int:
     except Disagreement as error:
         print(f"{parser.prog}: {error}", file=sys.stderr)
         return 1
-    except (SetupError, PictureError, ValueError) as error:
+    # Mitsuba raises RuntimeError.
+    except (SetupError, PictureError, ValueError, OSError, RuntimeError) as error:
         print(f"{parser.prog}: error: {error}", file=sys.stderr)
         return 2
     return 0

@@ -13,7 +13,7 @@ const UNFINISHED: &str = ".unfinished-";
 /// Age after which a temporary file counts as left behind by a process that ended. A day is far longer than any write.
 const STALE_AGE: Duration = Duration::from_secs(24 * 3600);
 
-/// Reason why an entry was not written.
+/// Reason why an entry was not written, or old ones were not removed after it.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum KeepError {
     #[error("the entry has {size_bytes} bytes, more than the {limit_bytes} bytes of the whole cache")]
@@ -59,7 +59,7 @@ pub(super) fn keep<T: Serialize>(folder: &Path, key: &Key, tables: &T, limit_byt
 /// `limit_bytes`. Leaves files with other names alone.
 fn make_room(folder: &Path, limit_bytes: u64) -> io::Result<()> {
     let now = SystemTime::now();
-    // Time of last use, size in bytes and path of each entry; sorts by the time.
+    // Time of last use, size in bytes and path of each entry, so that sorting is by the time.
     let mut entries = Vec::new();
     for file in fs::read_dir(folder)?.flatten() {
         // Reading the metadata fails for a file that another process has just removed.

@@ -1,7 +1,7 @@
 //! Cache of built tables on disk: a surface that was built once is read the next time.
 //!
 //! - One file, an *entry*, holds the tables of one surface. Its name is a hash of everything the tables depend on: the
-//!   heights, the options, and the code that builds tables.
+//!   relief, the options, and the code that builds tables.
 //! - An entry is written under a temporary name and then renamed, so readers find a complete entry or none.
 //! - An entry holds a hash of its contents and is ignored unless the hash agrees.
 //! - An unusable folder or entry is no error: the tables are built instead.

@@ -77,7 +77,7 @@ impl AlbedoReport {
                 Ordering::Greater if is_mirrored => 0.0,
                 _ => 1.0,
             };
-            // Nodes from the disc's rim on are at or beyond the horizon.
+            // The horizon has the radius 1 on the grid; nodes outside are not directions.
             if count == 0.0 || radius >= 1.0 {
                 return Sums::default();
             }

@@ -85,17 +85,17 @@ struct Line<N: Numbers> {
 }
 
 impl<N: Numbers> GratingColourLobe<N> {
-    /// Mueller matrix of the luminance in 1/sr, without the cosine and whatever the gamut, for light from `from` to
-    /// `to`: `[4·row + column]`. The frames are those of [`GratingLobe::matrix`](super::GratingLobe::matrix).
+    /// Mueller matrix of the luminance in 1/sr, without the cosine, for light from `from` to `to`, before `gamut`
+    /// applies: `[4·row + column]`. The frames are those of [`GratingLobe::matrix`](super::GratingLobe::matrix).
     ///
     /// An order has its polarisation at `ν_m`, order 0 that at 550 nm.
     #[inline(always)]
     pub fn matrix(&self, jones: &JonesView<N>, from: [N::Real; 3], to: [N::Real; 3], active: N::Mask) -> [N::Real; 16] {
-        let groove_cosine = self.layout.efficiencies.groove_cosine::<N>([from, to]);
+        let ky_over_k = self.layout.efficiencies.groove_cosine::<N>([from, to]);
         let polarised = |order: OrderColour<'_, N>, active| {
             let OrderColour { channels, pair, nm, colour } = order;
             let power = luminance(colour);
-            jones.matrix(channels, pair, nm, groove_cosine, active).map(|element| element * power)
+            jones.matrix(channels, pair, nm, ky_over_k, active).map(|element| element * power)
         };
         self.sum_orders(from, to, active, polarised, |colour, active| {
             // Order 0 at 550 nm; `periods` is d/λ.
@@ -135,9 +135,9 @@ impl<N: Numbers> GratingColourLobe<N> {
         let [from_below, to_below] = [wi, wo].map(|w| view.is_below(w));
         let half = N::Double::lit(0.5);
         let [[in_x, in_y], [out_x, out_y]] = self.tangential([wi, wo]);
-        let (x_difference, groove_cosine) = (out_x - in_x, (out_y - in_y) * half);
+        let (x_difference, ky_over_k) = (out_x - in_x, (out_y - in_y) * half);
         let weights_zero = self.spectral_weights(zero, tau, active);
-        let colour_zero = self.order_zero([wi, wo], [x_difference * half, groove_cosine].map(N::narrow), active);
+        let colour_zero = self.order_zero([wi, wo], [x_difference * half, ky_over_k].map(N::narrow), active);
         let start = quantity_zero(array::from_fn(|c| weights_zero[c] * colour_zero[c]), active);
         let [nu_min, nu_max] = [1e3 / WAVELENGTH_MAX_NM, 1e3 / WAVELENGTH_MIN_NM].map(real);
         let (_, sum) = N::while_loop(
@@ -151,7 +151,7 @@ impl<N: Numbers> GratingColourLobe<N> {
                 // d/λ.
                 let periods = N::widen(visible_nu * real(self.layout.period_um));
                 let m = N::widen(order);
-                let bounds = view.bounds(periods, groove_cosine);
+                let bounds = view.bounds(periods, ky_over_k);
                 // Wave number along x of the moved incident wave, in units of 2π/d.
                 let a = (x_difference * periods - m) * half;
                 let channels = view.channels(&bounds, a, active);

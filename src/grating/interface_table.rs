@@ -324,12 +324,13 @@ pub(super) fn efficiency_error(
         .map(|&([nm, x, y], from_below)| {
             let index_of = |below: bool| if below { solver.eta } else { 1.0 };
             let periods = 1e3 * period_um / nm;
-            let (groove_cosine, a) = (index_of(from_below) * y, index_of(from_below) * x * periods);
-            let channels = view.channels(&view.bounds(periods, groove_cosine), a, active);
+            // Beyond ±1 for some light from below.
+            let (ky_over_k, a) = (index_of(from_below) * y, index_of(from_below) * x * periods);
+            let channels = view.channels(&view.bounds(periods, ky_over_k), a, active);
             let (incident, _) = channels.of_order(0.0, from_below);
-            let in_air = groove_cosine.abs() < 1.0;
+            let in_air = ky_over_k.abs() < 1.0;
             // t where ky propagates in the air, else tm.
-            let bound = periods * (index_of(!in_air).powi(2) - groove_cosine * groove_cosine).sqrt();
+            let bound = periods * (index_of(!in_air).powi(2) - ky_over_k * ky_over_k).sqrt();
             let solutions = solver.solve(in_air, (bound, a), &[nm])?;
             let row = view.row(&channels, incident, nm, active);
             let from = Channel { side: side(from_below), order: 0 };

@@ -192,18 +192,19 @@ impl<'a> RigorousSolver<'a> {
 
     /// Error of the power balance times the largest cosine of incidence at `t`: bounded by [`IMBALANCE_MAX`].
     fn imbalance(&self, amplitudes: &Amplitudes, t: f64, nm: f64) -> f64 {
-        amplitudes.balance_error() * self.largest_cosine(t, nm).min(1.0)
+        amplitudes.balance_error() * self.kappa_over_k(t, nm).min(1.0)
     }
 
-    /// Largest cosine of incidence at `t` and a wavelength in nm: `√(1 − y²) = tλ/d`. It exceeds 1 for imaginary ky.
-    fn largest_cosine(&self, t: f64, nm: f64) -> f64 {
+    /// Wave number κ in the xz plane over k, at `t` and a wavelength in nm: `κ/k = tλ/d = √(1 − y²)`. It is the largest
+    /// cosine of incidence, and exceeds 1 for imaginary ky.
+    fn kappa_over_k(&self, t: f64, nm: f64) -> f64 {
         t / (1e3 * self.meshes.profile.period_um() / nm)
     }
 
     /// `ky²/k² = y² = 1 − (tλ/d)²`; negative where ky is imaginary.
     fn ky_squared_ratio(&self, t: f64, nm: f64) -> f64 {
-        let cosine = self.largest_cosine(t, nm);
-        (1.0 - cosine) * (1.0 + cosine)
+        let ratio = self.kappa_over_k(t, nm);
+        (1.0 - ratio) * (1.0 + ratio)
     }
 }
 

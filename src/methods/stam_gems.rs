@@ -5,7 +5,7 @@
 //! `highlight·exp(−(r·d·u/w)²) + Σ_n bump(λ_n)`, with `bump(λ) = max(0, 1 − ((λ − centre)/HALF_WIDTH_UM)²)`.
 //!
 //! The first summand is order 0, a highlight about the mirror direction u = 0, with the sharpness r in 1/µm.
-//! `λ_n = d|u|/n`, n = 1 to 7, is the wavelength of an order in µm. Each channel has a bump at its own centre, so
+//! `λ_n = d|u|/n`, n = 1 to 7, is the wavelength of order ±n in µm. Each channel has a bump at its own centre, so
 //! orders are visible from 0.5 to 1 µm instead of 0.38 to 0.78 µm. (The chapter writes `y = 2λ − 1` and
 //! `1 − (4(y − c))²` with c = 0.75, 0.5, 0.25, so the centres are (1 + c)/2 and the half width is 1/8.)
 //!

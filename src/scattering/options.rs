@@ -101,7 +101,7 @@ impl Options {
         }
     }
 
-    /// `O·M` of a pair of directions: the obliquity factor (1 beside Q) times the V-cavity factor.
+    /// `O·M` of a pair of directions: the obliquity factor (1 with Q) times the V-cavity factor.
     pub fn angular_factor(&self, pair: &Pair) -> f64 {
         angular_factor(self.obliquity, self.shadowing, [pair.u, pair.v, pair.w], [pair.cos_i, pair.cos_o])
     }
@@ -112,7 +112,7 @@ impl Options {
     pub(crate) fn albedo_factor<R: Real>(&self, q: [R; 3], cosines: [R; 2], index: Option<ComplexIndex>) -> R {
         let angular = angular_factor(self.obliquity, self.shadowing, q, cosines);
         match self.obliquity {
-            // O is 1 beside Q.
+            // O is 1 with Q.
             Obliquity::SmallSlope => small_slope(q, cosines, index) * angular,
             Obliquity::Stam | Obliquity::Unit => angular,
         }
@@ -129,7 +129,8 @@ impl Options {
     }
 }
 
-/// Builds the table of `S(f; κ)` for every wavelength of the tables' range.
+/// Builds the table of the power spectrum `S(f; κ)`, over spatial frequency f and phase rate κ (`lib.rs`), for every
+/// wavelength of the tables' range.
 pub(crate) fn build_table(field: &HeightField, options: &Options, progress: &Progress) -> Result<Built, TableError> {
     let window = CoherenceWindow::new(options.coherence_length_um);
     let spectrum = Spectrum::new(field, options.model, options.tiling, window, options.tolerance);

@@ -30,8 +30,8 @@ use super::{ComplexIndex, Vec3};
 use crate::numeric::Real;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Smallest product of the two sines, or of tangential lengths, that is the divisor of the azimuth's cosine. Chosen:
-/// nearer to the normal the azimuth is lost to rounding and does not matter.
+/// Smallest divisor of the azimuth's cosine, a product of two sines or of two tangential lengths. Chosen: nearer to the
+/// normal the azimuth is lost to rounding and does not matter.
 pub(crate) const SINES_MIN: f64 = 1e-6;
 /// Smallest squared modulus by which anything is divided. Chosen so that products of two reciprocals stay finite in
 /// single precision.
@@ -73,7 +73,7 @@ impl Amplitudes {
 /// Amplitudes of the small-slope factor for light from `wi` to `wo`, unit vectors above the surface that point away
 /// from it. Without an index they are those of a perfect conductor.
 ///
-/// At the mirror direction they are Fresnel's. Swapping the directions swaps `sp` and `ps` and reverses the sign of φ.
+/// At the mirror direction they are Fresnel's. Swapping the directions swaps `sp` and `ps` and reverses their signs.
 pub fn small_slope_amplitudes(wi: Vec3, wo: Vec3, index: Option<ComplexIndex>) -> Amplitudes {
     let (q0, q) = (wi[2].max(COSINE_MIN), wo[2].max(COSINE_MIN));
     let (k0, k) = (wi[0].hypot(wi[1]), wo[0].hypot(wo[1]));
@@ -145,8 +145,8 @@ pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<C
     // 1 + wi·wo = |wi + wo|²/2.
     let one_plus_dot = lit(0.5) * squared(sum);
     // k·k0·cosφ is the scalar product of the tangential parts of −wi and wo, q·q0 − wi·wo.
-    let sines = ((one - q_squared) * (one - q0_squared)).max(lit(0.0)).sqrt();
-    let divisor = sines.max(lit(SINES_MIN));
+    let k_k0 = ((one - q_squared) * (one - q0_squared)).max(lit(0.0)).sqrt();
+    let divisor = k_k0.max(lit(SINES_MIN));
     let cos = ((one + q_q0 - one_plus_dot) / divisor).clip(-one, one);
     let cos_squared = cos * cos;
     let sin_squared = one - cos_squared;
@@ -158,18 +158,18 @@ pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<C
         // cosφ − k·k0. At grazing directions the difference cancels. The second form, from (k·k0)² = 1 − q² − q0² +
         // q²q0², does not, but divides by k·k0. It is therefore used for large k·k0 only.
         let grazing = (q_squared + q0_squared + q_q0 - q_squared * q0_squared - one_plus_dot) / divisor;
-        let difference = R::select(sines.lt(lit(0.5)), cos - sines, grazing);
+        let difference = R::select(k_k0.lt(lit(0.5)), cos - k_k0, grazing);
         let crossed = sin_squared * (q_squared + q0_squared);
         let straight = difference.fma(difference, cos_squared * q_q0 * q_q0);
         return lit(2.0) * per_w_squared * (straight + crossed) / q_q0;
     };
     let ComplexIndex { eta, k: absorption } = index;
     let (eps_re, eps_im) = (eta * eta - absorption * absorption, 2.0 * eta * absorption);
-    // Terms of the outgoing and of the incident direction; the latter have the index 0 in the formulas.
+    // Terms of the outgoing direction, and of the incident one, whose symbols end in 0 in the formulas.
     let (o, i) = (Terms::new(q, index, [eps_re, eps_im]), Terms::new(q0, index, [eps_re, eps_im]));
     // Real and imaginary part of t t0 cosφ − ε k k0.
-    let pp_re = (o.t[0] * i.t[0] - o.t[1] * i.t[1]) * cos - lit(eps_re) * sines;
-    let pp_im = (o.t[0] * i.t[1] + o.t[1] * i.t[0]) * cos - lit(eps_im) * sines;
+    let pp_re = (o.t[0] * i.t[0] - o.t[1] * i.t[1]) * cos - lit(eps_re) * k_k0;
+    let pp_im = (o.t[0] * i.t[1] + o.t[1] * i.t[0]) * cos - lit(eps_im) * k_k0;
     let pp_squared = pp_re.fma(pp_re, pp_im * pp_im);
     let straight = (cos_squared * o.per_s_squared).fma(i.per_s_squared, pp_squared * o.per_p_squared * i.per_p_squared);
     let ps_squared = o.t_squared * o.per_p_squared * i.per_s_squared;
@@ -212,7 +212,8 @@ mod tests {
     fn every_family_has_the_power_of_the_amplitudes() {
         // Rounding in double precision, multiplied by |ε| where products cancel for conductors.
         const DOUBLE: f64 = 1e-7;
-        // About ten roundings in single precision. At grazing angles that of the azimuth is larger.
+        // Rounding in single precision, 6e-8, multiplied where products cancel. At grazing angles that of the azimuth
+        // is larger, so the difference may grow as 1/cosθ.
         const SINGLE: f64 = 1e-4;
         let mut random = Random::new(7);
         for index in indices() {
@@ -257,7 +258,7 @@ mod tests {
 
     /// The amplitudes are those of a shallow relief to first order in its height, phases included, at any azimuth.
     ///
-    /// The phase screen's amplitude is iκh = i(q + q0) per h and wave number. The power of an order is its squared
+    /// The phase screen's first order is i(q + q0) for each h and wave number. The power of an order is its squared
     /// field times q/q0. So a field of [`first_order`] times √(q/q0) is i(q + q0) times the amplitude, up to the sign
     /// of i.
     #[test]

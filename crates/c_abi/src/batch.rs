@@ -1,7 +1,7 @@
 //! Batches of evaluations, densities and samples.
 //!
-//! A batch has `count` items. Item i of each array is a group of floats at `data + i·stride`, in floats (`foreign.rs`):
-//! a direction has three, the wavelengths and the values at them `wavelength_count`, a density one. Directions are unit
+//! A batch has `count` items. Item i of each array is a group of floats at `data + i·stride` (`foreign.rs`): three for
+//! a direction, `wavelength_count` for wavelengths and for values at them, one for a density. Directions are unit
 //! vectors away from the surface, z along its normal. Wavelengths are in nm, `f` and densities in 1/sr.
 //!
 //! A bad item has a direction that is no unit vector, a wavelength out of range, or a random number out of range. Its
@@ -13,8 +13,8 @@ use super::status::{CallError, Status, call};
 use sunbeam::scattering::{Vec3, unit_vector};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
-/// Largest number of wavelengths of an item. It limits the memory that a wrong count can allocate; spectra of any use
-/// have fewer.
+/// Largest number of wavelengths of an item. It limits the memory that a wrong count can allocate; useful spectra have
+/// fewer.
 const WAVELENGTHS_MAX: usize = 4096;
 
 /// Bad items of a batch.
@@ -280,9 +280,9 @@ pub unsafe extern "C" fn sunbeam_surface_eval_pdf(
 /// - Item `i` of `weight` receives `f |cos(theta_o)| / pdf` at each wavelength.
 ///
 /// With `transmission`, `wi` and the samples may lie on either side of the surface. All results of an item are zeros
-/// if the direction drawn lies beyond the horizon of its side or, without `transmission`, `wi` lies below the surface.
-/// Such a sample is valid and contributes nothing. Other arguments and the treatment of bad items are those of
-/// `sunbeam_surface_eval`.
+/// if the direction drawn lies beyond the horizon of its side or has density 0, or if `wi` lies below the surface
+/// without `transmission`. Such a sample is valid and contributes nothing. Other arguments and the treatment of bad
+/// items are those of `sunbeam_surface_eval`.
 ///
 /// # Safety
 /// The requirements of `sunbeam_surface_eval` apply.

@@ -5,8 +5,8 @@ use thiserror::Error;
 
 /// Reason why a height field was refused. Messages about values name the value found and the values accepted.
 ///
-/// Fields named `parameter` are names of the user's parameters. Names of [`Fill`](crate::Fill) and of presets in
-/// messages are literals: a new one must be added there.
+/// Fields named `parameter` are names of the user's parameters. Messages name fills ([`Fill`](crate::Fill)) and presets
+/// by literals, to which a new one must be added.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the message of each variant names its fields")]

@@ -1,10 +1,9 @@
-//! Pipelines, bindings and submissions of the locate stage, which follows the rasteriser. It turns the triangle of each
-//! pixel into a *query*: the visible point with its directions to sun and viewer (layout.rs). The next stage computes
-//! the reflectance of the queries listed in `chosen`. `locate.wgsl` explains the entry points and the lists of pixels
-//! `skin`, `bare`, `rest` and `chosen`.
+//! Pipelines, bindings and submissions of the locate stage, which follows the rasteriser. It writes a *query* for each
+//! pixel: the visible point with its directions to sun and viewer (layout.rs). It also adds the radiance of sunlit
+//! ground and the sample's weight to the picture. The next stage computes the reflectance of the queries in `chosen`.
+//! `locate.wgsl` explains the entry points and the lists `skin`, `bare`, `rest` and `chosen`.
 //!
-//! The lengths of the lists are read back after each submission, because they are the numbers of invocations of later
-//! dispatches.
+//! The lengths of the lists are read back after each submission, because they determine the later dispatches.
 
 use super::clock::Clock;
 use super::pipeline::{self, Access};
@@ -36,9 +35,10 @@ const GROUP: [Access; 11] = [
 /// Turns the triangles of pixels into queries (`locate.wgsl`), in three submissions:
 ///
 /// 1. `sort`: pixels are sorted into the lists `skin` (with a triangle) and `bare` (without one).
-/// 2. `bare` and `skin`: the queries of both lists are written. Pixels that need a ray are added to `rest`.
-/// 3. `rest` and `choose`: the queries of `rest` are written, and those of sunlit points of the mesh are listed in
-///    `chosen`.
+/// 2. `bare` and `skin`: the queries of both lists are written. Pixels are added to `rest` if their ray misses their
+///    triangle, if the sun's depth map does not decide the visibility, or if they show a film.
+/// 3. `rest` and `choose`: rays through the mesh replace the queries of `rest`, and the queries of sunlit points of the
+///    mesh are listed in `chosen`.
 pub(super) struct Locate {
     /// Layout of the bind group of all five pipelines.
     layout: wgpu::BindGroupLayout,
@@ -87,7 +87,7 @@ impl Locate {
         )
     }
 
-    /// Writes the queries of one sample of every pixel; returns the time in ms and the number of entries of `chosen`.
+    /// Runs the stage for one sample of every pixel; returns the time in ms and the number of entries of `chosen`.
     pub(crate) async fn run(
         &self,
         gpu: &Gpu,
@@ -95,7 +95,7 @@ impl Locate {
         bindings: &wgpu::BindGroup,
     ) -> Result<(f64, u32), GpuError> {
         let (width, height) = target.size();
-        // The lengths are the first members of the buffer.
+        // Empties the lists; their lengths are the first members of the buffer.
         gpu.queue().write_buffer(&target.lists, 0, bytemuck::bytes_of(&ListLengths::zeroed()));
         // Runs do not cross rows.
         let runs = width.div_ceil(RUN) * height;

@@ -2,7 +2,7 @@
 //!
 //! The defaults are those of the Mitsuba scene of the snake in the folder mitsuba_scenes, so that pictures can be
 //! compared. Lengths are in cm, z points up, and azimuths are counter-clockwise from +x seen from above. Positions and
-//! angles are f64 for the processor; the shaders get them as f32.
+//! angles are f64 on the CPU; the shaders get them as f32.
 
 use super::GpuError;
 use super::layout::FrameUniform;
@@ -233,7 +233,7 @@ impl View {
         // Centre of the cell `i` along one side of the pixel, in pixels.
         let subpixel = |i: u32| (i as f32 + 0.5) / self.supersample as f32;
         let (sin, cos) = self.rotation_deg.to_radians().sin_cos();
-        // The numbers are the values of `Frame.blend` in frame.wgsl.
+        // The numbers are FRAME_PHYSICAL, FRAME_FIXED_MIX and FRAME_NONE of frame.wgsl.
         let (blend, share) = match self.blend {
             Blend::Physical => (0, 0.0),
             Blend::FixedMix { share } => (1, share),

@@ -106,7 +106,7 @@ impl Amplitudes {
     }
 
     /// Violation of reciprocity: the largest magnitude of the difference between an amplitude and that of the reversed
-    /// path. `reversed` are the amplitudes at −b.
+    /// path. `reversed` are the amplitudes of the same grating and wavelength at t and −b.
     pub fn reciprocity_error(&self, reversed: &Self) -> f64 {
         let mut worst = 0.0_f64;
         for &out in &self.waves.orders {

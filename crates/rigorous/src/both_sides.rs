@@ -1,4 +1,5 @@
-//! All orders on both sides of a lossless dielectric for one direction of light, solved and checked in one call.
+//! All orders on both sides of a lossless dielectric for one direction of light, solved and checked in one call
+//! (symbols: `lib.rs`).
 
 use crate::error::positive;
 use crate::orders::{COSINE_MIN, check_length, flipped, on_sufficient_nodes};
@@ -58,9 +59,9 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
     let period = profile.period_um();
     // Order 0 has the wave number 2πb/d = −k·n'·wi.x along x.
     let b = -wi[0] * eta_in * k * period / TAU;
-    // Squared wave number in the xz plane: κ² for light from above, κm² from below, where κ² = κm² − (n² − 1)k². κ² is
-    // negative for some light that is totally reflected. Computed from x and z, it keeps its digits for light along the
-    // grooves.
+    // Squared wave number in the xz plane: κ² for light from above, κm² from below, where κ² = κm² − (eta² − 1)k². κ²
+    // is negative for some light that is totally reflected. Computed from x and z, the square keeps its digits for
+    // light along the grooves.
     let incident_squared = (eta_in * k).powi(2) * (wi[0] * wi[0] + wi[2] * wi[2]);
     let kappa_squared =
         if side == Side::Above { incident_squared } else { incident_squared - (eta * eta - 1.0) * k * k };
@@ -76,22 +77,23 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
         Ok((forward, errors))
     })?;
     let incident = Channel { side, order: 0 };
-    // ky is common to all orders, so the direction's y in a medium of index `n` is scaled by `eta_in / n`.
-    let orders = |side: Side, n: f64| orders_on(&forward, side, incident, n * k, wi[1] * eta_in / n);
+    // All orders have ky = −k·eta_in·wi.y of the incident light, so in a medium of index `n` their directions have the
+    // y component ky/(k·n).
+    let orders = |side: Side, n: f64| orders_on(&forward, side, incident, n * k, -wi[1] * eta_in / n);
     let (above, below) = (orders(Side::Above, 1.0), orders(Side::Below, eta));
     Ok(BothSides { above, below, nodes, balance_error, reciprocity_error })
 }
 
 /// Lists the orders on one side, for light in the channel `incident`. `wave_number` is that of the side's medium
-/// (rad/µm); the orders' directions there have y = −`wi_y`. Jones matrices of `scattering` are those for ky ≥ 0.
-fn orders_on(scattering: &Scattering, side: Side, incident: Channel, wave_number: f64, wi_y: f64) -> Vec<Order> {
+/// (rad/µm), `y` the y of all directions there. Jones matrices of `scattering` are those for ky ≥ 0.
+fn orders_on(scattering: &Scattering, side: Side, incident: Channel, wave_number: f64, y: f64) -> Vec<Order> {
     let waves = scattering.alpha_per_um(side).iter().zip(scattering.beta_per_um(side));
     let orders = scattering.orders(side).iter().zip(waves);
     orders
         .map(|(&index, (alpha, beta))| {
-            let jones = flipped(scattering.jones(Channel { side, order: index }, incident), wi_y);
+            let jones = flipped(scattering.jones(Channel { side, order: index }, incident), -y);
             let z = if side == Side::Above { beta / wave_number } else { -beta / wave_number };
-            Order { index, direction: [alpha / wave_number, -wi_y, z], jones }
+            Order { index, direction: [alpha / wave_number, y, z], jones }
         })
         .collect()
 }

@@ -39,8 +39,8 @@ pub const KY_SQUARED_RANGE: [f64; 2] = [-0.35, 1.0];
 /// float, since the estimate that it bounds may be infinite.
 const KY_NODES_MAX: f64 = 11.0;
 
-/// W at the coarse nodes, times their speed |dr/dτ| (`nodes.rs`): target × source. Arguments are κm² in (rad/µm)² and
-/// the Bloch phase in turns.
+/// W between coarse nodes, target × source; each row is multiplied by the target's speed |dr/dτ| (`nodes.rs`).
+/// Arguments are κm² in (rad/µm)² and the Bloch phase in turns.
 ///
 /// S and K map fine nodes to coarse ones. Their product with the interpolation maps coarse nodes to coarse ones.
 ///

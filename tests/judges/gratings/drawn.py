@@ -6,11 +6,11 @@ for gratings under a clear cover. The judges are
 
 - for perfect conductors the boundary integral of this package, where light at an azimuth is light across the grooves of
   a longer wavelength;
-- for sinusoids in metals the solver of `tests.judges.crossed`;
-- for lamellar gratings in metals NIST's SCATMECH (`requirements-judges.lock`).
+- for sinusoids in other media the solver of `tests.judges.crossed`;
+- for lamellar gratings in other media NIST's SCATMECH (`requirements-judges.lock`).
 
-There is none for sawteeth in metals. Each judge solves at two resolutions; answers that have not converged are left
-out. Under a cover the judges solve for light and orders in a medium of the cover's index, without its flat side.
+There is none for sawteeth in other media. Each judge solves at two resolutions; answers that have not converged are
+left out. Under a cover the judges solve for light and orders in a medium of the cover's index, without its flat side.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-// Camera, light and blending of a picture; counterpart of `FrameUniform` in layout.rs, with the same memory layout.
-// view.rs computes the values. Lengths are in cm, the unit of the mesh. Vectors are in the scene's frame, where z
-// points up.
+// Camera, light and blending of a picture. A test in layout.rs compares the members with those of its counterpart
+// `FrameUniform`, whose additional `padding` is implicit in WGSL. view.rs computes the values. Lengths are in cm, the
+// unit of the mesh. Vectors are in the scene's frame, where z points up.
 
 // Data of one sample of a picture.
 struct Frame {
@@ -15,7 +15,8 @@ struct Frame {
     // Vector from the middle of the image plane to its right edge. The plane lies at the distance 1 from the camera, so
     // the length is the tangent of half the horizontal field of view.
     right: vec3<f32>,
-    // Weight of the diffraction colour with FRAME_FIXED_MIX, 0 to 1; the pigment has the weight 1 - share.
+    // Weight of the diffraction colour with FRAME_FIXED_MIX, 0 to 1; the pigment has the weight 1 - share. Not used
+    // otherwise.
     share: f32,
     // Vector from the middle of the image plane to its lower edge. Its length is that of `right` times the picture's
     // height over its width: pixels are square.
@@ -45,12 +46,13 @@ struct Frame {
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 
-// Value of `Frame.blend`: the pigment receives the light that the surface does not reflect. resolve.wgsl has the
-// formulas of all values; `Blend` in view.rs is their counterpart.
+// Values of `Frame.blend`, which `View::uniform` in view.rs writes as numbers; resolve.wgsl has their formulas.
+//
+// Diffraction, and the pigment in the light that the surface does not reflect.
 const FRAME_PHYSICAL: u32 = 0u;
-// Value of `Frame.blend`: mean of diffraction and pigment, weighted by `share`.
+// Mean of diffraction and pigment, weighted by `share`.
 const FRAME_FIXED_MIX: u32 = 1u;
-// Value of `Frame.blend`: diffraction without pigment.
+// Diffraction without pigment.
 const FRAME_NONE: u32 = 2u;
 
 // Distance of the near plane in cm. A larger distance would cut off parts of the mesh in front of a near camera, whose

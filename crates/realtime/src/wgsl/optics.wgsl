@@ -30,7 +30,7 @@ struct Optics {
     shadowing: u32,
     // Meaning of the method's answer: OPTICS_ANSWERS_RELIEF, OPTICS_ANSWERS_REFLECTANCE or OPTICS_ANSWERS_FILM.
     answers: u32,
-    // Refractive index n of the cover; 1 without a cover.
+    // Refractive index n of the cover, at least 1; 1 without a cover.
     cover_eta: f32,
 }
 

@@ -27,8 +27,8 @@ struct Range {
 @group(0) @binding(3) var<storage, read> chosen: array<u32>;
 // Sums over the parts so far, one entry for each query; the fourth component is unused.
 @group(0) @binding(4) var<storage, read_write> reflectances: array<vec4<f32>>;
-// Number of answers that are wrong because the adapter ended loops early. If it is not 0, the processor repeats the
-// range with more parts (shader.rs).
+// Number of answers that are wrong because the adapter ended loops early. If it is not 0, the CPU repeats the range
+// with more parts (shader.rs).
 @group(0) @binding(5) var<storage, read_write> cut_short: atomic<u32>;
 
 // Whether the adapter has ended a loop of this invocation early. Mesa's llvmpipe allows an invocation 65 535 iterations
@@ -65,7 +65,7 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
         answer_parts = range.parts;
         let wi = optics_inside(optics, query.wi);
         let wo = optics_inside(optics, query.wo);
-        // Both factors are 1 for a film, whose pairs are not valid where one direction is below.
+        // Both factors are 1 for a film. Its pair is not read, and not valid where a direction lies below.
         let factor = optics_cover_factor(optics, query.wi, query.wo) * optics_factor(optics, pair_new(wi, wo));
         reflectance = factor * answer_rgb(wi, wo);
         if loops_are_cut_short() {
