@@ -130,7 +130,7 @@ def main(words: list[str] | None = None) -> int:
     except Disagreement as error:
         print(f"{parser.prog}: {error}", file=sys.stderr)
         return 1
-    except (SetupError, picture.PictureError, ValueError) as error:
+    except (SetupError, picture.PictureError, ValueError, OSError, RuntimeError) as error:
         print(f"{parser.prog}: error: {error}", file=sys.stderr)
         return 2
     return 0

@@ -108,7 +108,7 @@ fn order_amplitude(grid: OrderGrid, order: vec2<i32>) -> vec2<f32> {
         sum += order_terms[pair + 3u] * weight_pair(n + 6u);
         pair += 4u;
     }
-    // The even sum plus i times the odd one. Where -j is stored, both sums are the conjugates of those of j.
+    // The even sum plus i times the odd one. Where -j is stored, the sums of j are the conjugates of both.
     return vec2<f32>(sum.x - f32(sign) * sum.w, f32(sign) * sum.y + sum.z);
 }
 

@@ -72,8 +72,8 @@ pub struct SurfaceArgs {
     /// Obliquity factor; auto is small_slope where --k is at most a tenth of --eta, else stam [default: auto]
     #[arg(long, value_parser = names::<ObliquityChoice, _>(ObliquityChoice::ALL.map(ObliquityChoice::name)))]
     obliquity: Option<ObliquityChoice>,
-    /// Continuation of the tile: periodic repeats it, aperiodic is a single scan with tapered edges [default: periodic
-    /// for presets, aperiodic for files]
+    /// Continuation of the tile: periodic repeats it, aperiodic is a single scan with tapered edges [default: aperiodic
+    /// for files by the scalar theory, else periodic]
     #[arg(long, value_parser = names::<Tiling, 2>(["periodic", "aperiodic"]))]
     tiling: Option<Tiling>,
     /// Form that is subtracted from the heights [default: none for presets, plane for files]
