@@ -94,10 +94,11 @@ sunbeam_status sunbeam_surface_new(const char *config_json, sunbeam_surface **su
 // `heights_um.data + iy * heights_um.stride` and lies at y = `iy * pixel_y_um`; height `ix` of a row lies at
 // x = `ix * pixel_x_um`. The heights are copied.
 //
-// The configuration has the parameters of `sunbeam_surface_new`, except those of presets and files. `level`
-// defaults to `plane` and `tiling` to `aperiodic`, as for files. Heights that are NaN, infinite or of magnitude
+// The configuration has the parameters of `sunbeam_surface_new`, except those of presets and files; `fill` is
+// accepted. `level` defaults to `plane` and `tiling` to `aperiodic`, as for files. With `theory` `rigorous` the
+// array is one period of a grating, and `aperiodic` is refused. Heights that are NaN, infinite or of magnitude
 // 1e30 or more are missing points. They are an error unless `fill` is `laplace` or `mean`. More heights than
-// `build_limit` allows are an error: each takes at least 24 bytes of the 8 GB that a build may take.
+// `build_limit` allows are an error: each takes at least 24 bytes of `build_limit` times 8 GB.
 //
 // `*surface` is null unless the call returns `SUNBEAM_STATUS_OK`. Free it with `sunbeam_surface_free`.
 //
@@ -118,8 +119,9 @@ sunbeam_status sunbeam_surface_from_heights(const char *config_json,
 // freed before, and not be used afterwards.
 void sunbeam_surface_free(sunbeam_surface *surface);
 
-// Writes a JSON object with the configuration, the size of the tables and their measured error. For a surface from
-// a file, its key `file` has the sources of size, unit, orientation and channel, the missing points, and warnings.
+// Writes a JSON object with the configuration (key `config`), the size of the tables and their measured error. For a
+// surface from a file, its key `file` has the sources of size, unit, orientation and channel, the missing points, and
+// warnings.
 //
 // `*needed` receives the size of the text in bytes, including the terminating NUL. If `capacity` is smaller,
 // nothing is written to `buffer`, and the call returns `SUNBEAM_STATUS_BUFFER_TOO_SMALL`. `buffer` may be null if
@@ -195,9 +197,9 @@ sunbeam_status sunbeam_surface_eval_pdf(const sunbeam_surface *surface,
 // - Item `i` of `weight` receives `f |cos(theta_o)| / pdf` at each wavelength.
 //
 // With `transmission`, `wi` and the samples may lie on either side of the surface. All results of an item are zeros
-// if the direction drawn lies beyond the horizon of its side or, without `transmission`, `wi` lies below the surface.
-// Such a sample is valid and contributes nothing. Other arguments and the treatment of bad items are those of
-// `sunbeam_surface_eval`.
+// if the direction drawn lies beyond the horizon of its side or has density 0, or if `wi` lies below the surface
+// without `transmission`. Such a sample is valid and contributes nothing. Other arguments and the treatment of bad
+// items are those of `sunbeam_surface_eval`.
 //
 // Requirements:
 // The requirements of `sunbeam_surface_eval` apply.
