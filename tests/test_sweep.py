@@ -325,7 +325,7 @@ def test_a_second_sweep_into_a_folder_is_refused(tmp_path):
 
 
 def test_missing_packages_are_named_with_their_remedy(tmp_path):
-    (tmp_path / "pyarrow.py").write_text("raise ImportError(name='pyarrow')")
+    (tmp_path / "pyarrow.py").write_text("raise ModuleNotFoundError(name='pyarrow')")
     env = environment(tmp_path)
     env["PYTHONPATH"] = f"{tmp_path}:{env['PYTHONPATH']}"
     done = subprocess.run(

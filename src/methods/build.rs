@@ -5,7 +5,7 @@
 use super::film::FilmTable;
 use super::flss::Flss;
 use super::nmm::Nmm;
-use super::options::{StamForm, in_range};
+use super::options::{StamForm, check_window_and_tolerance};
 use super::pq::Pq;
 use super::stam::Stam;
 use super::stam_gems::StamGems;
@@ -15,7 +15,7 @@ use crate::colour_table::{ColourTable, ColourTableOptions};
 use crate::energy::{AlbedoTable, ColourAlbedoTable};
 use crate::height_field::HeightField;
 use crate::scattering::Options;
-use crate::table::{COHERENCE_LENGTH_UM, Model, Progress, TOLERANCE, Tiling};
+use crate::table::{Model, Progress, Tiling};
 
 /// Builds a method for the surface of a height field.
 ///
@@ -63,8 +63,7 @@ pub fn build_watched(
 ) -> Result<Box<dyn Method>, MethodError> {
     options.validate()?;
     let (coherence_length_um, tolerance) = (surface.coherence_length_um, surface.tolerance);
-    in_range("coherence_length", coherence_length_um, &COHERENCE_LENGTH_UM, "a length in µm in [1e-3, 1e5]")?;
-    in_range("tolerance", tolerance, &TOLERANCE, "a relative error in [1e-6, 1e-1]")?;
+    check_window_and_tolerance(coherence_length_um, tolerance)?;
     let unsupported =
         |parameter, found, accepted| Err(MethodError::Unsupported { method: kind.name(), parameter, found, accepted });
     if surface.conserve_energy && (kind.is_patch_only() || surface.model == Model::Patch) {

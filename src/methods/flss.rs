@@ -48,7 +48,7 @@ impl Flss {
     /// and a `tolerance`, a relative error. The options `lambda_step_nm`, `terms`, `neighbourhood` and `series` apply.
     ///
     /// # Errors
-    /// The errors of [`super::build`].
+    /// [`MethodError`]: arguments beyond their ranges, a relief that is too deep, or too many bytes.
     pub fn new(
         field: &HeightField,
         coherence_length_um: f64,

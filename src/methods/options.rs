@@ -8,7 +8,7 @@ use crate::colour::ColourError;
 use crate::colour_table::{ColourTableError, RESOLUTION};
 use crate::height_field::MAX_LENGTH_UM;
 use crate::scattering::{Transmission, TransparentBody};
-use crate::table::TableError;
+use crate::table::{COHERENCE_LENGTH_UM, TOLERANCE, TableError};
 use crate::transform::Series;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -270,6 +270,15 @@ impl MethodOptions {
             _ => Ok(()),
         }
     }
+}
+
+/// Checks the coherence length in µm and the tolerance, a relative error, of a method.
+///
+/// # Errors
+/// [`MethodError::OutOfRange`] with the name of the parameter.
+pub(super) fn check_window_and_tolerance(coherence_length_um: f64, tolerance: f64) -> Result<(), MethodError> {
+    in_range("coherence_length", coherence_length_um, &COHERENCE_LENGTH_UM, "a length in µm in [1e-3, 1e5]")?;
+    in_range("tolerance", tolerance, &TOLERANCE, "a relative error in [1e-6, 1e-1]")
 }
 
 /// Checks that a number is in its range; `accepted` describes the range for the message.

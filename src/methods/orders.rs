@@ -20,7 +20,7 @@
 //! `S = 4πs²·|Σ_j c_j·exp(−2π²s²|f − f_j|²)|²`
 
 use super::bessel::TERMS_MAX;
-use super::options::NEIGHBOURHOOD_MAX;
+use super::options::{NEIGHBOURHOOD_MAX, check_window_and_tolerance};
 use super::order_grid::{OrderGrid, TERMS_MULTIPLE};
 use super::term_weights::TermWeights;
 use super::{MethodError, MethodOptions, WAVELENGTH_MIN_UM};
@@ -85,7 +85,8 @@ impl Orders {
     /// amplitude, relative to that of a flat tile, before rounding. `progress` advances with each pair of terms.
     ///
     /// # Errors
-    /// [`MethodError`]: a relief that is too deep, a neighbourhood that is too wide, or too many bytes.
+    /// [`MethodError`]: arguments beyond their ranges, a relief that is too deep, a neighbourhood that is too wide, or
+    /// too many bytes.
     pub(super) fn new(
         field: &HeightField,
         coherence_length_um: f64,
@@ -93,6 +94,8 @@ impl Orders {
         options: &MethodOptions,
         progress: &Progress,
     ) -> Result<Self, MethodError> {
+        options.validate()?;
+        check_window_and_tolerance(coherence_length_um, tolerance)?;
         let transform = TermTransform::<f32>::new(field, options.series);
         let count = term_count(transform.half_range_um(), tolerance, options)?;
         let terms = count.next_multiple_of(TERMS_MULTIPLE);

@@ -76,8 +76,10 @@ impl Stam {
 /// The spacing in µm: `period_um` of the options, or else the dominant period along x of `field`, a tile that repeats.
 ///
 /// # Errors
-/// [`MethodError::NoPeriod`] where the options give none and the field has none.
+/// [`MethodError::NoPeriod`] where the options give none and the field has none; the errors of
+/// [`MethodOptions::validate`].
 pub(super) fn spacing_um(field: &HeightField, options: &MethodOptions) -> Result<f32, MethodError> {
+    options.validate()?;
     let found = || periods(field, true).x.map(|period| period.period_um);
     options.period_um.or_else(found).map(|period_um| period_um as f32).ok_or(MethodError::NoPeriod)
 }

@@ -5,9 +5,9 @@ use std::f64::consts::{PI, TAU};
 use sunbeam::colour::{SpectralToRgb, ciede2000, linear_srgb_to_lab};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::lobe::Exact;
-use sunbeam::methods::{AnswerKind, Method, MethodError, MethodKind, MethodOptions, Repeats, build};
+use sunbeam::methods::{AnswerKind, Flss, Method, MethodError, MethodKind, MethodOptions, Repeats, build};
 use sunbeam::scattering::Options;
-use sunbeam::table::{DENSITY_FLOOR_UM2, Model, Tiling};
+use sunbeam::table::{DENSITY_FLOOR_UM2, Model, Progress, Tiling};
 use sunbeam::transform::Series;
 
 const COHERENCE_UM: f64 = 65.0;
@@ -356,6 +356,9 @@ fn unsupported_options_are_refused() {
         ("period_um", MethodOptions { period_um: Some(-1.0), ..options() }),
         ("resolution", MethodOptions { resolution: 0.1, ..options() }),
     ] {
+        // The constructor of a method refuses them as `build` does.
+        let alone = Flss::new(&flat, 65.0, 1e-3, &options, &Progress::none()).err();
+        assert!(matches!(alone, Some(MethodError::OutOfRange { name: n, .. }) if n == name), "{name}: {alone:?}");
         let message = refused(MethodKind::Flss, &flat, options);
         assert!(message.contains(name) && message.contains("must be"), "{message}");
     }

@@ -8,6 +8,8 @@
 //! - `screen.rs`: the canvas that shows the artist's pictures.
 //! - `report.rs`: errors and progress for JavaScript.
 
+#![allow(unreachable_pub, reason = "wasm_bindgen exports public items only")]
+
 mod artist;
 mod maker;
 mod quick;
