@@ -319,7 +319,7 @@ private:
                           ps = out.v * (a_out * sin) / (out.p * in.s) * (out.passed_p * in.passed_s),
                           pp = (out.v * in.v * cos - Complex(sigma * out.e * in.e * k_k0)) * (-sigma) / (out.p * in.p) *
                                (out.passed_p * in.passed_p);
-            // The same complex number at all wavelengths of the spectrum.
+            // Spectrum that has the complex number z at every wavelength.
             auto wide = [](const Complex &z) {
                 return dr::Complex<UnpolarizedSpectrum>(UnpolarizedSpectrum(dr::real(z)),
                                                         UnpolarizedSpectrum(dr::imag(z)));

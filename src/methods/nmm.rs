@@ -62,8 +62,8 @@ pub(super) struct NmmUniform {
 pub struct Nmm {
     /// Orders for values at one wavelength, with the neighbourhood that the tolerance requires.
     orders: Orders,
-    /// The same stored orders for colours. Unless the options give a neighbourhood, it is only as large as a tolerance
-    /// of at least [`COLOUR_TOLERANCE_MIN`] requires.
+    /// Orders for colours: those of `orders`, with the neighbourhood of the options, or else with the smaller one that
+    /// a tolerance of at least [`COLOUR_TOLERANCE_MIN`] requires.
     colour_orders: Orders,
     /// Density of the colour weights over the wavelength: `weight`, or `W` in the unweighted form.
     colours: Colours,

@@ -351,7 +351,7 @@ impl<N: Numbers> Incidence<N> {
     fn mixed_bands(&self, counts: [N::Real; BANDS], unit: [f32; BANDS]) -> [N::Real; 2] {
         let lit = N::Real::lit;
         let [a, b, c, d] = std::array::from_fn(|i| counts[i] * lit(f64::from(unit[i])));
-        // Of four bands the lower one is 0, 1 or 2.
+        // `band` is the lower of two neighbouring bands among four: 0, 1 or 2.
         let (is_first, is_at_most_second) = (self.band.lt(N::Index::lit(1)), self.band.lt(N::Index::lit(2)));
         let pick = |a, b, c| N::Real::select(is_first, a, N::Real::select(is_at_most_second, b, c));
         [pick(a, b, c) * (lit(1.0) - self.upper_fraction), pick(b, c, d) * self.upper_fraction]

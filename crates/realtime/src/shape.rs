@@ -169,8 +169,8 @@ mod tests {
             })
             .sum();
         let expected = 4.0 * PI * Shape::SPHERE_RADIUS_CM.powi(2);
-        // Flat triangles have less area than the sphere: by a fraction of 2.2e-4, which grows as the square of the cells'
-        // size.
+        // Flat triangles have less area than the sphere, by a fraction of 2.2e-4. It grows as the square of the size of
+        // a cell.
         assert!((f64::from(area) / expected - 1.0).abs() < 1e-3, "{area} {expected}");
         assert!(mesh.positions.iter().all(|place| place[2] > -1e-6));
     }
