@@ -16,12 +16,9 @@ import { Spectrum } from "./spectrum.js";
 import { byId, page, SUN_ELEVATION_MIN_DEG, views } from "./state.js";
 import { showMessage } from "./words.js";
 
-/** Number of calls of `open`. */
-let openings = 0;
-
 /** Opens the settings in the part of an address after the #, or the first example if there are none. */
 async function open(hash) {
-  const opening = ++openings;
+  const choice = ++page.choices;
   const { settings, sha256 } = fromHash(hash);
   if (Object.keys(settings).length === 0 && page.examples.length > 0) {
     page.settings = JSON.parse(page.engine.quick.default_settings());
@@ -54,8 +51,8 @@ async function open(hash) {
       // The file is an example, or the visitor has to drop it. There is no file while the example's is fetched.
       page.source = null;
       const source = example ? await fetchedOrNull(example) : null;
-      // Another address was opened or another relief chosen during the fetch.
-      if (opening !== openings || page.settings.surface.filename !== filename) return;
+      // Another relief was chosen during the fetch, or a failed build has restored the one before (making.js).
+      if (choice !== page.choices || page.settings.surface.filename !== filename) return;
       page.source = source;
       page.wanted = source ? null : { name: filename, sha256 };
     }

@@ -10,12 +10,9 @@ import { showMessage, showProgress } from "./words.js";
 const withoutSource = (surface) =>
   Object.fromEntries(Object.entries(surface).filter(([key]) => !page.engine.catalogue.source_fields.includes(key)));
 
-/** Number of choices so far. A choice that waited for a file has no effect if another one has followed. */
-let choices = 0;
-
 /** Selects a preset. */
 export function choosePreset(preset) {
-  choices += 1;
+  page.choices += 1;
   page.source = page.wanted = page.example = null;
   showWanted();
   byId("scale").hidden = true;
@@ -31,7 +28,7 @@ export async function chooseFile(file) {
     showMessage(`${file.name} has ${size} MB, and the page reads files of up to ${most} MB.`);
     return;
   }
-  const choice = ++choices;
+  const choice = ++page.choices;
   let sha256;
   try {
     showProgress("Reading the file");
@@ -42,7 +39,7 @@ export async function chooseFile(file) {
     return;
   }
   showProgress(null);
-  if (choice !== choices) return;
+  if (choice !== page.choices) return;
   const { wanted } = page;
   // Clears the key of the relief in hand: a file that is dropped a second time is read again, so that its scale can be
   // entered anew.
@@ -76,7 +73,7 @@ export function showWanted() {
 
 /** Selects an example with its settings and file, if any. Camera, sun and map stay unless the settings have them. */
 export async function chooseExample(example) {
-  const choice = ++choices;
+  const choice = ++page.choices;
   let source = null;
   if (example.file) {
     showProgress("Fetching the scan");
@@ -90,7 +87,7 @@ export async function chooseExample(example) {
       return;
     }
     showProgress(null);
-    if (choice !== choices) return;
+    if (choice !== page.choices) return;
   }
   const { camera, sun, map } = page.settings;
   try {

@@ -21,6 +21,11 @@ export const page = {
   settings: null,
   /** The file that was dropped or fetched: {name, file, sha256}; null for a preset and while a file is awaited. */
   source: null,
+  /**
+   * Number of reliefs chosen so far, by an address, in the panel or as a file. A choice that waited for its file has no
+   * effect if another one has followed.
+   */
+  choices: 0,
   /** The file that is awaited, because a link names it: {name, sha256}; null for none. */
   wanted: null,
   /** The entries of examples/index.json (crates/web/README.md). */

@@ -396,6 +396,25 @@ def test_a_wrong_link_gives_a_message_and_the_defaults(page):
     assert page.js("return ({}).polluted === undefined")
 
 
+def test_a_link_overrides_an_example_that_is_being_fetched(page):
+    page.reopen(size=SMALL)
+    # The answer to the page's request for the example's file is held back.
+    page.js(
+        """const { fetch } = globalThis;
+        globalThis.fetch = (address) =>
+            new Promise((resolve) => (globalThis.answer = () => resolve(fetch(address))));
+        const index = sunbeam.examples.findIndex(({ file }) => file);
+        document.querySelector(`input[name=example][value="${index}"]`).click();
+        globalThis.fetch = fetch;"""
+    )
+    page.reopen({**QUICK, "surface.period": 1.8})
+    expected = page.settings()
+    page.browser.promise("globalThis.answer(); await new Promise((resolve) => setTimeout(resolve, 500));")
+    assert page.settings() == expected
+    assert page.js("return sunbeam.source === null")
+    page.finished()
+
+
 def test_the_copied_command_draws_the_same_picture(page, tmp_path):
     page.reopen({**QUICK, "sun.azimuth_deg": -120, "surface.period": 1.8}, size=SMALL)
     found = page.pixels()
