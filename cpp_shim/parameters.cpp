@@ -67,7 +67,7 @@ std::string json_string(std::string_view text) {
 /// JSON number of a parameter's value. Refuses infinities and NaN.
 std::string json_number(const char *name, double value) {
     if (!std::isfinite(value))
-        Throw("parameter \"%s\" is %f, but must be a finite number", name, value);
+        Throw("parameter \"%s\" is %.9g, but must be a finite number", name, value);
     // The shortest form that reads back as the same number, at most 24 characters. Unlike printf's, it does not depend
     // on the locale.
     char text[32];
@@ -116,7 +116,7 @@ void check_range(const Properties &props, const char *name, double low, double h
         return;
     for (double value : plain_values(props, name))
         if (!(std::isfinite(value) && value >= low && value <= high))
-            Throw("parameter \"%s\" is %f, but must be %s", name, value, accepted);
+            Throw("parameter \"%s\" is %.9g, but must be %s", name, value, accepted);
 }
 
 /// "none" and the sorted names of the measured materials that come with Mitsuba, joined by commas.
@@ -231,7 +231,7 @@ std::optional<double> transparent_index(const Properties &props) {
                  outer = mitsuba::lookup_ior(props, "ext_ior", "air");
     // The relief's wavelengths are those in air.
     if (std::abs(outer - 1.0) > AIR_TOLERANCE)
-        Throw("parameter \"ext_ior\" is %f, but must be that of air or vacuum", outer);
+        Throw("parameter \"ext_ior\" is %.9g, but must be that of air or vacuum", outer);
     return inner / outer;
 }
 

@@ -91,7 +91,7 @@ impl<N: Numbers> GratingColourLobe<N> {
     /// An order has its polarisation at `ν_m`, order 0 that at 550 nm.
     #[inline(always)]
     pub fn matrix(&self, jones: &JonesView<N>, from: [N::Real; 3], to: [N::Real; 3], active: N::Mask) -> [N::Real; 16] {
-        let ky_over_k = self.layout.efficiencies.groove_cosine::<N>([from, to]);
+        let ky_over_k = self.layout.efficiencies.ky_over_k::<N>([from, to]);
         let polarised = |order: OrderColour<'_, N>, active| {
             let OrderColour { channels, pair, nm, colour } = order;
             let power = luminance(colour);

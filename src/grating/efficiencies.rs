@@ -114,16 +114,16 @@ impl<N: Numbers> EfficiencyView<N> {
         Row { offsets: [0, 4].map(|first| std::array::from_fn(|bits| offset(first + bits))), fractions }
     }
 
-    /// Bounds of the waves with `groove_cosine = ky/k`, for all wave numbers along x. `periods` is d/λ. Since k is the
+    /// Bounds of the waves with the given ky/k, for all wave numbers along x. `periods` is d/λ. Since k is the
     /// wave number in air, the magnitude of the cosine exceeds 1 where light in the medium is totally reflected.
     #[inline(always)]
-    pub(super) fn bounds(&self, periods: N::Double, groove_cosine: N::Double) -> Bounds<N> {
+    pub(super) fn bounds(&self, periods: N::Double, ky_over_k: N::Double) -> Bounds<N> {
         let Below::Interface(InterfaceCells { eta, .. }) = self.layout.below else {
-            return Bounds { of_cells: groove_t::<N>(periods, groove_cosine), at_interface: None };
+            return Bounds { of_cells: groove_t::<N>(periods, ky_over_k), at_interface: None };
         };
         let double = N::Double::lit;
         // t or tm: bound of |a + m| in a medium of this index.
-        let groove_squared = groove_cosine * groove_cosine;
+        let groove_squared = ky_over_k * ky_over_k;
         let bound = |index: f64| periods * (double(index * index) - groove_squared).max(double(0.0)).sqrt();
         let (t, tm) = (bound(1.0), bound(eta));
         let is_trapped = double(1.0).le(groove_squared);

@@ -74,7 +74,7 @@ impl EfficiencyLayout {
     /// waves, which are equal if `to` lies exactly on an order. `from` points against the incident wave, hence the
     /// minus. The magnitude exceeds 1, up to n, where light in the medium is totally reflected.
     #[inline(always)]
-    pub(super) fn groove_cosine<N: Numbers>(&self, [from, to]: [[N::Real; 3]; 2]) -> N::Real {
+    pub(super) fn ky_over_k<N: Numbers>(&self, [from, to]: [[N::Real; 3]; 2]) -> N::Real {
         let [[_, in_y], [_, out_y]] = [from, to].map(|w| self.tangential::<N>(w));
         N::narrow((out_y - in_y) * N::Double::lit(0.5))
     }

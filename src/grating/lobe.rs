@@ -192,11 +192,11 @@ impl<N: Numbers> GratingLobe<'_, N> {
         active: N::Mask,
     ) -> [[N::Real; L]; 16] {
         let active = active & Sides::<N>::accepts(self, from) & Sides::<N>::accepts(self, to);
-        let groove_cosine = self.layout.efficiencies.groove_cosine::<N>([from, to]);
+        let ky_over_k = self.layout.efficiencies.ky_over_k::<N>([from, to]);
         N::map_each(c"wavelengths", wavelengths_nm, active, |nm| {
             self.sum_orders(from, to, nm, active, |order, active| {
                 jones
-                    .matrix(order.channels, order.pair, nm, groove_cosine, active)
+                    .matrix(order.channels, order.pair, nm, ky_over_k, active)
                     .map(|element| element * order.efficiency)
             })
         })
@@ -244,11 +244,11 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let periods = self.periods(nm);
         let [[in_x, in_y], [out_x, out_y]] = [wi, wo].map(|w| self.layout.efficiencies.tangential::<N>(w));
         // ky/k with the wave number k in vacuum; in a medium its magnitude can exceed 1.
-        let groove_cosine = (out_y - in_y) * half;
+        let ky_over_k = (out_y - in_y) * half;
         // Sum of the wave numbers of incident and outgoing wave, a + (a + m), which the move leaves as it is.
         let sum_of_a = (out_x - in_x) * periods;
         let view = self.view();
-        let bounds = view.bounds(periods, groove_cosine);
+        let bounds = view.bounds(periods, ky_over_k);
         let [from_below, to_below] = [wi, wo].map(|w| view.is_below(w));
         self.sum_kernels(wi, wo, nm, active, |m, active| {
             let channels = view.channels(&bounds, (sum_of_a - m) * half, active);

@@ -37,7 +37,7 @@ impl<N: Numbers> JonesView<N> {
     /// Mueller matrix of an order, row by row, divided by its first element.
     ///
     /// `channels` lists the orders on either side of the relief for the incident wave. The second argument has the
-    /// indices of the channels of incident and outgoing light. `nm` is the wavelength, and `groove_cosine` is ky/k.
+    /// indices of the channels of incident and outgoing light. `nm` is the wavelength.
     /// The table is read where `active` is true. The first axis of the frames of incident and outgoing light is the
     /// grooves' direction, made transverse to the light.
     #[inline(always)]
@@ -46,7 +46,7 @@ impl<N: Numbers> JonesView<N> {
         channels: &Channels<N>,
         [incident, outgoing]: [N::Index; 2],
         nm: N::Real,
-        groove_cosine: N::Real,
+        ky_over_k: N::Real,
         active: N::Mask,
     ) -> [N::Real; 16] {
         let real = N::Real::lit;
@@ -66,7 +66,7 @@ impl<N: Numbers> JonesView<N> {
         let [ee, eh, he, hh] = shape;
         // From a shape to the Jones matrix between the axes of the frames. The electric field of the Ey state points
         // along the first axis; that of the Hy state points against the second, since frames are right-handed.
-        let crossed = |element: Complex<N>| element.map(|part| -(part * groove_cosine));
+        let crossed = |element: Complex<N>| element.map(|part| -(part * ky_over_k));
         mueller::<N>([ee, crossed(eh), crossed(he), hh])
     }
 }

@@ -88,7 +88,7 @@ pub struct Scattering {
     /// Wave number k in vacuum, in rad/µm.
     wave_number: f64,
     /// ky/k; imaginary in the continuation, and above 1 where no order propagates in the air.
-    groove_cosine: Complex64,
+    ky_over_k: Complex64,
     /// Propagating orders in the air.
     above: Waves,
     /// Propagating orders in the medium.
@@ -204,9 +204,9 @@ impl Air<'_> {
         let out_below =
             [0, 1].map(|i| product(&below.from_field, &fields[i]) + product(&below.from_flux, &fluxes_below[i]));
         let jones = jones_matrices(self.waves(), &below.waves, &continuity, [&out_above, &out_below]);
-        let groove_cosine = Complex64::from(self.ky_squared(k)).sqrt() / k;
+        let ky_over_k = Complex64::from(self.ky_squared(k)).sqrt() / k;
         let (above, below) = (self.waves().clone(), below.waves.clone());
-        Ok(Scattering { eta, wave_number: k, groove_cosine, above, below, jones })
+        Ok(Scattering { eta, wave_number: k, ky_over_k, above, below, jones })
     }
 
     /// Fluxes of Ey and Hy in the lower medium. Columns are those of [`Air::fields`]: all incident waves in the state
@@ -252,7 +252,7 @@ impl Scattering {
 
     /// ky²/k², common to all orders; negative in the continuation.
     pub fn ky_squared_ratio(&self) -> f64 {
-        (self.groove_cosine * self.groove_cosine).re
+        (self.ky_over_k * self.ky_over_k).re
     }
 
     /// Jones matrix from one channel to another; zero where either does not propagate.
@@ -293,7 +293,7 @@ impl Scattering {
     /// Elements between Ey and Hy are proportional to ky. The continuation of their squared magnitudes to imaginary ky
     /// is negative.
     fn unpolarised_power(&self, jones: Jones) -> f64 {
-        let sign = if self.groove_cosine.im == 0.0 { 1.0 } else { -1.0 };
+        let sign = if self.ky_over_k.im == 0.0 { 1.0 } else { -1.0 };
         let [[ee, eh], [he, hh]] = jones.map(|row| row.map(|element| element.norm_sqr()));
         0.5 * (ee + hh + sign * (eh + he))
     }
@@ -309,7 +309,7 @@ impl Scattering {
         };
         let relative = |wave_number: f64| wave_number / self.wave_number;
         let normals = [relative(self.above.beta[above]), relative(self.below.beta[below])];
-        passage(self.eta, relative(self.below.alpha[below]), self.groove_cosine, normals, is_downwards)
+        passage(self.eta, relative(self.below.alpha[below]), self.ky_over_k, normals, is_downwards)
     }
 
     /// Violation of the power balance: the largest |reflected + transmitted − 1| over all incident channels and states.
