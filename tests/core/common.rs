@@ -6,6 +6,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use sunbeam::cache::Cache;
 use sunbeam::colour::{ciede2000, linear_srgb_to_lab};
+use sunbeam::config::{BuiltSurface, SurfaceConfig};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::lobe::{Exact, Surface};
 use sunbeam::scattering::{Options, Vec3};
@@ -84,6 +85,18 @@ pub(crate) fn built(field: &HeightField, options: &Options) -> Arc<Surface> {
         }
     };
     place.get_or_init(|| Arc::new(cache().surface(field, options, &Progress::none()).unwrap().0)).clone()
+}
+
+/// The surface of a configuration in JSON, with tables that tests share.
+pub(crate) fn configured(json: &str) -> BuiltSurface {
+    SurfaceConfig::from_json(json).unwrap().build_by_theory(&cache(), &Progress::none()).unwrap().0
+}
+
+/// Value of a surface in 1/sr at one wavelength in nm.
+pub(crate) fn eval(surface: &BuiltSurface, wi: Vec3, wo: Vec3, nm: f64) -> f64 {
+    let mut value = f64::NAN;
+    surface.eval(wi, wo, &[nm], |_, f| value = f);
+    value
 }
 
 /// ΔE₀₀ between pairs of true and found colours in linear sRGB, ascending, at an exposure that clips a tenth of the lit

@@ -1,27 +1,14 @@
 //! Covers and relative sizes of a relief: against closed forms, and against the direct sum with the vectors inside.
 
-use super::common::{Random, bessel, direction, sinusoid};
+use super::common::{Random, bessel, configured, direction, eval, sinusoid};
 use std::f64::consts::{PI, TAU};
-use sunbeam::Cache;
-use sunbeam::config::{BuiltSurface, SurfaceConfig};
 use sunbeam::lobe::{Exact, Lobe, Surface};
 use sunbeam::scattering::{ComplexIndex, Obliquity, Options, Pair, RelativeSize, Vec3, fresnel_unpolarised};
-use sunbeam::table::Progress;
 
 /// Index of polycarbonate.
 const ETA: f64 = 1.58;
 /// Relative error of tables built to 1e-3, at the peaks of orders.
 const TABLES: f64 = 2e-3;
-
-fn built(json: &str) -> BuiltSurface {
-    SurfaceConfig::from_json(json).unwrap().build_by_theory(&Cache::off(), &Progress::none()).unwrap().0
-}
-
-fn eval(surface: &BuiltSurface, wi: Vec3, wo: Vec3, nm: f64) -> f64 {
-    let mut value = f64::NAN;
-    surface.eval(wi, wo, &[nm], |_, f| value = f);
-    value
-}
 
 /// Cosine inside the cover of a direction outside.
 fn cos_inside(w: Vec3) -> f64 {
@@ -47,7 +34,7 @@ fn orders_under_a_cover_follow_the_vector_inside() {
         r#"{{"preset": "sinusoidal", "period": {d_um}, "height": {height_um}, "coherence_length": {coherence_um},
             "conserve_energy": false, "cover_eta": {ETA}}}"#
     );
-    let surface = built(&json);
+    let surface = configured(&json);
     let mut compared = 0;
     for (theta, phi) in [(0.0, 0.0), (30.0, 0.0), (55.0, 35.0), (75.0, 180.0)] {
         let wi = direction(theta, phi);
@@ -111,7 +98,7 @@ fn a_flat_relief_under_a_cover_mirrors_as_a_metal_seen_through_fresnel() {
         r#"{{"preset": "flat", "coherence_length": 400, "eta": 1.0, "k": 6.9, "conserve_energy": false,
             "cover_eta": {ETA}}}"#
     );
-    let surface = built(&json);
+    let surface = configured(&json);
     for theta in [0.0, 30.0, 60.0] {
         let wi = direction(theta, 20.0);
         let mirror = [-wi[0], -wi[1], wi[2]];
@@ -126,7 +113,7 @@ fn a_flat_relief_under_a_cover_mirrors_as_a_metal_seen_through_fresnel() {
 #[test]
 fn an_index_of_one_is_no_cover() {
     let bare = r#"{"preset": "blazed", "coherence_length": 20, "eta": 0.2, "k": 3.4"#;
-    let (bare, covered) = (built(&format!("{bare}}}")), built(&format!(r#"{bare}, "cover_eta": 1}}"#)));
+    let (bare, covered) = (configured(&format!("{bare}}}")), configured(&format!(r#"{bare}, "cover_eta": 1}}"#)));
     let mut random = Random::new(3);
     for _ in 0..200 {
         let (wi, wo) = (random.direction(), random.direction());
@@ -139,10 +126,10 @@ fn an_index_of_one_is_no_cover() {
 fn covers_are_reciprocal_and_samples_have_their_density() {
     for json in [
         r#"{"preset": "blazed", "coherence_length": 20, "eta": 1.0, "k": 6.9, "cover_eta": 1.5}"#,
-        r#"{"preset": "sinusoidal", "coherence_length": 20, "eta": 1.0, "k": 6.9, "cover_eta": 1.5,
-            "theory": "rigorous"}"#,
+        r#"{"preset": "sinusoidal", "period": 0.8, "height": 0.1, "coherence_length": 20, "eta": 1.0, "k": 6.9,
+            "cover_eta": 1.5, "theory": "rigorous"}"#,
     ] {
-        let surface = built(json);
+        let surface = configured(json);
         let mut random = Random::new(7);
         for wi in [direction(0.0, 0.0), direction(40.0, 30.0), direction(70.0, 100.0)] {
             let (mut weights, mut count) = (0.0, 0);
@@ -192,7 +179,7 @@ fn relative_sizes_are_the_relief_built_at_that_size() {
     let (given, small) = (exact(&given), exact(&small));
     let json = r#"{"preset": "sinusoidal", "period": 2.0, "height": 0.4, "scale": 0.6, "depth": 0.25,
         "coherence_length": 30, "conserve_energy": false}"#;
-    let surface = built(json);
+    let surface = configured(json);
     let mut random = Random::new(11);
     for _ in 0..100 {
         let wi = random.direction();

@@ -1,27 +1,16 @@
 //! Transparent bodies: reflection and transmission against closed forms and the direct sum, energy, and samples.
 
-use super::common::{Random, bessel, colour_differences, direction, relief, sinusoid, waves};
+use super::common::{Random, bessel, colour_differences, configured, direction, eval, relief, sinusoid, waves};
 use std::f64::consts::{PI, TAU};
-use sunbeam::Cache;
 use sunbeam::colour::SpectralToRgb;
-use sunbeam::config::{BuiltSurface, SurfaceConfig};
+use sunbeam::config::BuiltSurface;
 use sunbeam::height_field::HeightField;
 use sunbeam::lobe::{ColourSurface, Exact, LinearSrgb, Lobe, Surface, TransmissiveLobe};
 use sunbeam::scattering::{ComplexIndex, Options, RelativeSize, SizeRange, TransparentBody, Vec3, fresnel_unpolarised};
-use sunbeam::table::{Progress, Tiling};
+use sunbeam::table::Tiling;
 
 /// Relative error of tables built to 1e-3, at the peaks of orders.
 const TABLES: f64 = 2e-3;
-
-pub(super) fn built(json: &str) -> BuiltSurface {
-    SurfaceConfig::from_json(json).unwrap().build_by_theory(&Cache::off(), &Progress::none()).unwrap().0
-}
-
-pub(super) fn eval(surface: &BuiltSurface, wi: Vec3, wo: Vec3, nm: f64) -> f64 {
-    let mut value = f64::NAN;
-    surface.eval(wi, wo, &[nm], |_, f| value = f);
-    value
-}
 
 /// Options of a transparent body and its relief, magnified as tables take it.
 fn magnified(field: &HeightField, body: TransparentBody, options: Options) -> (HeightField, Options) {
@@ -53,7 +42,7 @@ fn transmitted_orders_of_a_sinusoid_follow_the_closed_form() {
     // the refracted order, so ratios of orders 0 at two depths are free of other factors.
     let (d_um, coherence_um, eta) = (2.5, 40.0, 1.5);
     let surface = |height: f64| {
-        built(&format!(
+        configured(&format!(
             r#"{{"preset": "sinusoidal", "period": {d_um}, "height": {height}, "coherence_length": {coherence_um},
                 "conserve_energy": false, "eta": {eta}, "transmission": "film"}}"#
         ))
@@ -123,7 +112,7 @@ fn tables_match_the_direct_sum_on_both_sides() {
 fn a_flat_relief_divides_light_as_fresnel_does() {
     let eta = 1.5;
     for transmission in ["film", "interface"] {
-        let surface = built(&format!(
+        let surface = configured(&format!(
             r#"{{"preset": "flat", "coherence_length": 400, "eta": {eta}, "transmission": "{transmission}"}}"#
         ));
         let body = TransparentBody::new(eta, transmission == "film", 20.0);
@@ -203,7 +192,7 @@ fn bodies_conserve_energy_and_are_reciprocal() {
     ] {
         for transmission in ["film", "interface"] {
             let json = format!(r#"{{{json}, "eta": {eta}, "transmission": "{transmission}"}}"#);
-            let surface = built(&json);
+            let surface = configured(&json);
             let body = TransparentBody::new(eta, transmission == "film", 20.0);
             for theta in [0.0, 35.0, 65.0, 85.0] {
                 for side in [1.0, -1.0] {
@@ -261,7 +250,7 @@ fn densities_integrate_to_the_fraction_of_samples() {
     const SAMPLES: usize = 40_000;
     let mut random = Random::new(13);
     for (preset, transmission) in [("blazed", "film"), ("blazed", "interface"), ("xenopeltis", "interface")] {
-        let surface = built(&format!(
+        let surface = configured(&format!(
             r#"{{"preset": "{preset}", "coherence_length": 8, "eta": 1.5, "transmission": "{transmission}",
                 "conserve_energy": false}}"#
         ));

@@ -1,8 +1,8 @@
 //! Gratings on bodies that transmit by Maxwell's equations: tables and the reference without tables against
 //! single solutions, energy, and samples.
 
-use super::common::Random;
-use super::transmission::{assert_density_integrates, built, eval, medium, sampled};
+use super::common::{Random, configured, eval};
+use super::transmission::{assert_density_integrates, medium, sampled};
 use std::f64::consts::TAU;
 use sunbeam::config::BuiltReport;
 use sunbeam::grating::{ExactGrating, Order, Profile, solve_both_sides};
@@ -78,7 +78,7 @@ fn tables_of_an_interface_match_single_solutions() {
 fn assert_tables_match_single_solutions(transmission: &str, body: TransparentBody) {
     const COHERENCE_UM: f64 = 30.0;
     let mut random = Random::new(3);
-    let surface = built(&json(transmission, COHERENCE_UM));
+    let surface = configured(&json(transmission, COHERENCE_UM));
     let BuiltReport::Rigorous(report) = surface.report() else { panic!("a grating") };
     println!("{report:?}");
     assert!(surface.transmits() && report.rms < RMS, "{report:?}");
@@ -139,7 +139,7 @@ fn the_reference_has_the_orders_of_light_from_above() {
 fn densities_of_a_grating_on_a_film_integrate_to_the_fraction_of_samples() {
     const SAMPLES: usize = 20_000;
     let mut random = Random::new(13);
-    let surface = built(&json("film", 8.0));
+    let surface = configured(&json("film", 8.0));
     for wi in [[0.0, 0.0, 1.0], [0.4, 0.3, -(0.75_f64.sqrt())]] {
         // Four standard errors of the fraction of samples, and the midpoints' error at the horizon.
         assert_density_integrates(&surface, wi, SAMPLES, 0.015, &mut random);
