@@ -4,8 +4,8 @@
  *
  * Iridescent reflection by a surface whose relief is as fine as the wavelength: snake skin, ruled gratings, discs; and
  * transmission by films and glass. A reflecting surface is one-sided; wrap it in `twosided` where the back may be seen.
- * A body that transmits has two sides. Works inside `twosided`, `blendbsdf`, `mask`, `normalmap` and `bumpmap`, and
- * needs a UV parameterisation: x of the relief follows the tangent dp/du.
+ * A body that transmits has two sides, and `twosided` refuses it. Works inside `blendbsdf`, `mask`, `normalmap` and
+ * `bumpmap`, and needs a UV parameterisation: x of the relief follows the tangent dp/du.
  *
  * parameter             type             meaning (default)
  * --------------------  ---------------  ------------------------------------------------------------------------
@@ -75,7 +75,7 @@
  * -----
  * wi and wo are unit vectors that point away from the surface, in the frame of the relief h(x, y). theta_i and theta_o
  * are their angles with the normal, and lambda is the wavelength. With u = wi.x + wo.x, v = wi.y + wo.y and
- * w = cos(theta_i) + cos(theta_o):
+ * w = cos(theta_i) + cos(theta_o), the scalar theory reflects
  *
  *     f_r(wi, wo, lambda) = R O M S(f; kappa) / lambda^2,     f = (u, v) / lambda,     kappa = 2 pi w / lambda
  *
@@ -86,12 +86,14 @@
  *
  *     (1 - specular R(theta_i)) (1 - specular R(theta_o)) diffuse / pi,
  *
- * where specular and diffuse are the two reflectance parameters.
+ * where specular and diffuse are the two reflectance parameters. docs/model.md has transmission and the rigorous
+ * theory.
  *
- * Component 0 is the diffracted light (glossy). Component 1 is the pigment, if it is given. The mirror reflection of a
- * cover is the last. A body that transmits has diffracted reflection (0), transmission (1), and a film's mirror (2). In
- * polarised variants the diffracted light has the Mueller matrix of Fresnel's amplitudes at the half vector, or of the
- * small-slope amplitudes. Each order of the rigorous theory has a matrix of its own. The pigment depolarises.
+ * Components of a reflecting surface are the diffracted light (0), the pigment where given (1), and last the mirror
+ * reflection of a cover. Those of a body that transmits are diffracted reflection (0), transmission (1), and a film's
+ * mirror (2). In polarised variants the diffracted light has the Mueller matrix of Fresnel's amplitudes at the half
+ * vector, or of the small-slope amplitudes. Each order of the rigorous theory has a matrix of its own. The pigment
+ * depolarises.
  *
  *   J. Stam: Diffraction Shaders. SIGGRAPH 1999.
  *   D. S. Dhillon et al.: Interactive Diffraction from Biological Nanostructures. Comput. Graph. Forum 33(8), 2014.
@@ -153,7 +155,7 @@ const void *mitsuba_address = nullptr;
 
 namespace {
 
-/// Number of variants in a list such as Mitsuba's MI_VARIANTS: one name per line.
+/// Number of variants in a list such as Mitsuba's MI_VARIANTS, in which every name ends with a newline.
 constexpr size_t count_variants(std::string_view list) {
     size_t count = 0;
     for (char c : list)

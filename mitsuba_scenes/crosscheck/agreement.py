@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-# Smallest brightness of compared pixels, as a fraction of the 99th percentile of the brightness. A smaller one would
-# include pixels that appear black and that rounding dominates: the realtime renderer sums in single precision.
+# Smallest brightness of compared pixels, as a fraction of the brightness's 99th percentile, which few bright pixels do
+# not set. Darker pixels appear black, and rounding dominates them: the realtime renderer sums in single precision.
 FLOOR_FRACTION = 0.01
 # Smallest brightness of pixels that enter this percentile, as a fraction of the brightest. A grating's order lights few
 # pixels; the others have only the tail of its Gaussian and would lower the percentile.
@@ -17,7 +17,7 @@ BLACK_FRACTION = 1e-6
 MEDIAN_LIMIT = 1e-3
 # Largest accepted 99th percentile of the error, about twice the largest measured one (docs/crosscheck.md).
 P99_LIMIT = 1e-2
-# Smallest number of compared pixels; the 99th percentile of fewer depends on single pixels.
+# Smallest number of compared pixels. Chosen: the errors of fewer say little about a picture.
 FEWEST_PIXELS = 50
 
 
@@ -25,7 +25,7 @@ FEWEST_PIXELS = 50
 class Agreement:
     """Relative errors over the compared pixels: those whose brightness reaches `floor` in at least one of the pictures.
 
-    `pixels` is their number. `floor` is a brightness in linear sRGB. `median`, `p99` (the 99th percentile) and
+    `pixels` is their number. `floor` is the length of a linear sRGB colour. `median`, `p99` (the 99th percentile) and
     `largest` summarise the errors of single pixels.
     """
 
@@ -37,7 +37,7 @@ class Agreement:
 
     @property
     def holds(self) -> bool:
-        """Whether median and 99th percentile are below their limits."""
+        """Whether median and 99th percentile are below `MEDIAN_LIMIT` and `P99_LIMIT`."""
         return self.median < MEDIAN_LIMIT and self.p99 < P99_LIMIT
 
     def figures(self) -> dict:

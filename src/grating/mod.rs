@@ -15,14 +15,15 @@
 //! | f = (wi + wo)_xy/λ | frequency of a pair of directions in cycles/µm |
 //! | m | index of an order; its frequency is `f_m = (m/d, 0)` |
 //! | e_m | efficiency: fraction of the unpolarised incident power in order m |
-//! | K, σ | Gaussian of an order, of integral 1, and its standard deviation in cycles/µm |
-//! | y | direction cosine along the grooves |
+//! | K, σ | Gaussian of the coherence window, of integral 1, and its standard deviation in cycles/µm |
+//! | y | component of a direction along the grooves; \|ky/k\| is \|y\| in air and n·\|y\| in a medium |
 //! | ky/k | component of the wave vector along the grooves over k = 2π/λ: −wi.y, and wo.y of an order |
 //! | n | refractive index of the medium below an interface |
-//! | t = (d/λ)·√(1 − y²) | bound of \|a\| for waves that propagate in air |
-//! | tm = (d/λ)·√(n² − y²) | the same in the medium below an interface, with y = \|ky/k\| |
+//! | t = (d/λ)·√(1 − ky²/k²) | bound of \|a + m\| for waves that propagate in air |
+//! | tm = (d/λ)·√(n² − ky²/k²) | the same in the medium below an interface |
 //! | a = −(d/λ)·wi.x | wave number of the incident wave along x, in units of 2π/d; that of order m is `a + m` |
 //! | b | Bloch phase in turns: `a` up to an integer, common to all orders |
+//! | cell | region of the plane (t, a) between the lines of whole t − a and t + a, at which an order appears |
 //! | s = ⌊t − a⌋ + ⌊t + a⌋ | index of the cell: number of propagating orders minus one |
 //! | p, q | fractional parts of `t − a` and `t + a`: position within the cell |
 //! | order number | place of an order among the propagating ones, 0 to s, by ascending m |
@@ -32,7 +33,7 @@
 //! | node | a position in a cell's table or in its solution; also a place on the profile at which fields are solved |
 //!
 //! t, b and the index m are those of `sunbeam-rigorous`, which solves at given t, b and λ. From t and λ follows
-//! `ky²/k² = y² = 1 − (tλ/d)²`, so ky is imaginary at wavelengths above d/t. Components of a direction in a medium of
+//! `ky²/k² = 1 − (tλ/d)²`, so ky is imaginary at wavelengths above d/t. Components of a direction in a medium of
 //! index n enter f, a and ky/k times n.
 //!
 //! # Files
@@ -54,7 +55,7 @@
 //! | `jones_shape.rs`, `jones_table.rs`, `polarisation.rs` | Jones matrices of orders, their table, Mueller matrices |
 //! | `exact.rs` | reference without tables |
 //! | `profile.rs` | profiles of presets and height fields |
-//! | `error.rs` | errors of all of them |
+//! | `error.rs` | errors of solving and tabulating |
 
 mod body;
 mod build;

@@ -9,8 +9,8 @@ const ROUNDING_PIXELS: f64 = 1e-6;
 impl HeightField {
     /// The part of the field in a rectangle of `width_um × height_um` whose lower left corner is at `(x_um, y_um)`.
     ///
-    /// Pixels are kept if their centres lie in the rectangle. The field's own lower left corner is (0, 0), so the
-    /// centre of pixel `[[0, 0]]` is at half a pixel along x and along y.
+    /// Pixels are kept if their centres lie in the rectangle or on its lower or left border. The field's own lower left
+    /// corner is (0, 0), so the centre of pixel `[[0, 0]]`, `[[row, column]]`, is at half a pixel along x and along y.
     ///
     /// ```
     /// use sunbeam_height_field::Preset;
@@ -22,7 +22,7 @@ impl HeightField {
     /// ```
     ///
     /// # Errors
-    /// [`HeightFieldError::Crop`] for a rectangle that reaches beyond the field or holds no pixel.
+    /// [`HeightFieldError::Crop`] for a rectangle that is not finite, reaches beyond the field or holds no centre.
     pub fn cropped(&self, x_um: f64, y_um: f64, width_um: f64, height_um: f64) -> Result<Self, HeightFieldError> {
         let (nx, ny) = self.size();
         let (extent_x_um, extent_y_um) = self.extent_um();
@@ -32,10 +32,9 @@ impl HeightField {
             // Borders in pixels.
             let (start, end) = (start_um / step_um, (start_um + length_um) / step_um);
             let within = start >= -ROUNDING_PIXELS && end <= count as f64 + ROUNDING_PIXELS;
-            // The first pixel i whose centre, i + ½, is not before a border. A centre on a border, up to rounding,
-            // belongs to the pixels after it.
-            let first_after = |border: f64| (border - 0.5 - ROUNDING_PIXELS).ceil().max(0.0) as usize;
-            let pixels = first_after(start)..first_after(end).min(count);
+            // First pixel i whose centre, i + ½, is at or after the border, up to rounding.
+            let first_from = |border: f64| (border - 0.5 - ROUNDING_PIXELS).ceil().max(0.0) as usize;
+            let pixels = first_from(start)..first_from(end).min(count);
             if within && !pixels.is_empty() { Ok(pixels) } else { Err(refused()) }
         };
         let columns = span(x_um, width_um, self.dx_um, nx)?;

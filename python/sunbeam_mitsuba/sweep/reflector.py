@@ -2,7 +2,7 @@
 
 Mitsuba evaluates surfaces with parameters that only its BSDF has, such as ``material``. The C interface evaluates all
 others and needs no Mitsuba variant. Mitsuba is compiled in *variants*, combinations of a backend and a representation
-of colour. A process uses one at a time; the second half of this file selects it.
+of colour. A process uses one at a time, which :func:`use_variant` selects.
 
 Directions are unit vectors in the surface's frame (z is its normal) and point away from the surface: ``wi`` towards the
 light, ``wo`` towards the viewer.
@@ -39,13 +39,13 @@ class ReflectorError(ValueError):
 class Reflector(Protocol):
     """A surface that can be evaluated for the figures (computed numbers and pictures) of a sweep."""
 
-    #: Memory of the finished tables in bytes; 0 where it is unknown.
+    #: Size of the surface's tables in bytes; 0 where it is unknown.
     table_bytes: float
 
     def eval(self, wi: Iterable[float], wo: Floats, wavelengths_nm: Iterable[float]) -> Floats:
         """The BSDF ``f_r`` in 1/sr, ``[directions, wavelengths]``, for one ``wi`` and ``wo[directions, 3]``.
 
-        All ``wo`` are above the horizon (z > 0).
+        ``wi`` and all ``wo`` are above the horizon (z > 0).
         """
 
     def albedo(self, wi: Iterable[float], wavelengths_nm: Iterable[float], u: Floats) -> NDArray[np.float64]:

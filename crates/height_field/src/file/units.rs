@@ -32,8 +32,8 @@ const NAMES: [(&str, f64); 11] = [
 
 /// Length of one `unit` in µm.
 ///
-/// Symbols (metres with an SI prefix, `Å`) and names (`nanometers`) are accepted. Names are accepted in any case, with
-/// or without a plural s. Blanks around the unit are ignored.
+/// Symbols (`m`, with an SI prefix listed below or without; `Å`) and names (`nanometers`) are accepted. Names may be in
+/// any case, with or without a plural s. Blanks around the unit are ignored.
 ///
 /// # Errors
 /// Any other text, with a reason that names the unit.
@@ -58,7 +58,7 @@ pub(super) fn micrometres(unit: &str) -> Result<f64, String> {
         "p" => 1e-6,
         "f" => 1e-9,
         _ if MICRO.contains(&prefix) => 1.0,
-        _ => return Err(format!("unit \"{unit}\" is not metres with an SI prefix")),
+        _ => return Err(format!("unit \"{unit}\" is not m with one of the SI prefixes f, p, n, µ, m, c, d, k")),
     })
 }
 
@@ -75,7 +75,7 @@ mod tests {
             assert_eq!(micrometres(unit).unwrap(), 1e-4, "{unit}");
         }
         assert_eq!(micrometres("Nanometer").unwrap(), 1e-3);
-        // A is the ampere, Nm the newton metre, and M the prefix of megametres.
+        // A is the ampere, and Nm the newton metre. Megametres are beyond the accepted prefixes.
         for unit in ["", "A", "Nm", "Mm", "V", "deg", "nm/V", "m²", "s"] {
             micrometres(unit).unwrap_err();
         }

@@ -1,5 +1,5 @@
 //! Dense complex linear algebra on the caller's thread, with results that are identical to the bit in every thread.
-//! Computations use *planes*, separate matrices of the real and the imaginary parts.
+//! Computations use *planes*, separate matrices of the real and the imaginary parts, for ndarray's fast real products.
 
 mod lu;
 mod planes;
@@ -29,11 +29,12 @@ pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
     result.joined()
 }
 
-/// Solves `a·x = right` for a square matrix `a` and every column of `right`, which has as many rows, by elimination
-/// with row exchanges. `what` names the solution in the error.
+/// Solves `a·x = right` for a square matrix `a` and every column of `right`, which has as many rows, by LU
+/// decomposition with row exchanges. `what` names the solution in the error.
 ///
 /// # Errors
-/// [`Error::NotFinite`] for a solution that is not finite: `a` is singular, or an argument is not finite.
+/// [`Error::NotFinite`] for a solution that is not finite: `a` is exactly singular, or an argument is not finite. A
+/// matrix that is singular up to rounding may pass.
 pub(crate) fn solve(a: &Matrix, right: &Matrix, what: &'static str) -> Result<Matrix, Error> {
     let mut factors = Planes::of(a);
     let pivots = lu::factor(factors.view_mut());
@@ -60,8 +61,9 @@ mod tests {
         from_fn(rows, columns, |_, _| Complex64::new(part(), part()))
     }
 
-    /// Largest magnitude of an element.
+    /// Largest magnitude of an element; all must be finite, since `f64::max` ignores NaN.
     fn largest(matrix: &Matrix) -> f64 {
+        assert!(matrix.iter().all(|value| value.is_finite()));
         matrix.iter().map(|value| value.norm()).fold(0.0, f64::max)
     }
 
@@ -73,7 +75,8 @@ mod tests {
     }
 
     #[test]
-    fn solutions_satisfy_the_system_at_every_size() {
+    fn solutions_satisfy_the_system_within_blocks_and_beyond() {
+        // Sizes about BLOCK of `lu.rs`, at which elimination becomes recursive, and several times as large.
         for (n, columns) in [(1, 1), (2, 3), (15, 1), (16, 4), (17, 17), (33, 5), (48, 48), (101, 8), (200, 30)] {
             let (a, right) = (random_matrix(n, n, 1), random_matrix(n, columns, 2));
             let solution = solve(&a, &right, "a test").unwrap();

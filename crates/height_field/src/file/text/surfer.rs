@@ -1,5 +1,5 @@
-//! Text grids of Surfer: `DSAA`, the numbers of nodes along x and y, the ranges of x, y and z (lowest and highest),
-//! and heights row by row from the lowest y on.
+//! Text grids of Surfer: `DSAA`, the numbers of nodes along x and y, the ranges of x, y and z (lowest and highest), and
+//! the heights z row by row from the lowest y on. A node is a pixel's centre.
 //!
 //! Missing points are 1.70141e38, which `src/holes.rs` recognises by its magnitude.
 
@@ -9,7 +9,7 @@ use super::super::{Meaning, Parsed, Raw};
 use super::numbers::{self, Line};
 use ndarray::Array2;
 
-/// Whether a text is a grid of Surfer.
+/// Whether the first line that is not blank marks a text grid of Surfer.
 pub(super) fn is_grid(lines: &[Line]) -> bool {
     lines.iter().find(|(_, text)| !text.trim().is_empty()).is_some_and(|(_, text)| text.trim() == "DSAA")
 }
@@ -22,20 +22,21 @@ pub(super) fn refuse_binary(bytes: &[u8]) -> Result<(), String> {
     }
 }
 
-/// Reads a grid. Ranges extend from the first node to the last. The format has no unit; lengths are taken for µm.
+/// Reads a grid that [`is_grid`] accepts. Ranges extend from the first node to the last. The format has no unit;
+/// lengths are taken for µm. [`Raw`] refuses ranges that do not ascend.
 pub(super) fn parse(lines: &[Line]) -> Parsed {
-    // Everything after `DSAA` is numbers.
+    // Everything after `DSAA` is numbers; line breaks do not matter.
     let lines: Vec<Line> = lines.iter().copied().filter(|(_, text)| !text.trim().is_empty()).skip(1).collect();
     let mut values = numbers::table(&lines)?.values.into_iter();
     let mut next = || values.next().ok_or_else(|| "it ends within its header".to_owned());
     let (nx, ny) = (next()?, next()?);
     let (x, y) = ([next()?, next()?], [next()?, next()?]);
-    // Only skips the range of z.
+    // The range of z is not needed.
     let _z = [next()?, next()?];
-    // At least two nodes, which have a spacing. Counts below 1e9 fit into a `usize`.
+    // Two nodes are the fewest with a spacing. Counts below 1e9 fit into a `usize` of 32 bits.
     let count = |value: f64| (value.fract() == 0.0 && (2.0..1e9).contains(&value)).then_some(value as usize);
     let (Some(nx), Some(ny)) = (count(nx), count(ny)) else {
-        return Err(format!("its size is {nx} × {ny}; at least 2 × 2 nodes are needed"));
+        return Err(format!("its size is {nx} × {ny}; whole numbers of nodes, at least 2 and below 1e9, are needed"));
     };
     let heights: Vec<f64> = values.collect();
     if nx.checked_mul(ny) != Some(heights.len()) {
