@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from docs.figures import map_checks as checks
-from docs.figures.map_surfaces import Surface, cut_out
+from docs.figures.map_surfaces import Surface, Surfaces, cut_out
 from docs.figures.taylor_sums import SIZE, WAVELENGTH_UM, neighbours, sums
 
 # Series, transforms and closed forms are all in double precision; what cancels between the parts here is below 1e4.
@@ -60,6 +60,16 @@ def test_cut_outs_have_y_up_about_the_middle_and_a_bar_to_scale():
     red = (bar[..., 0] > 200) & (bar[..., 2] < 60)
     # Ends of a line are counted.
     assert abs(red.sum(axis=1).max() - 40) <= 1
+
+
+def test_a_tile_cut_out_has_the_picture_of_its_square(tmp_path, monkeypatch):
+    # Without the skins, which are not needed.
+    monkeypatch.setattr("docs.figures.map_surfaces.SKINS", ())
+    surface = Surface("random", (), 0.5, np.random.default_rng(3).random((20, 24)))
+    tile = Surfaces(tmp_path).cut(surface, 4.5)
+    assert tile.heights_um.shape == (9, 9)
+    assert tile.heights_um[0, 0] == surface.heights_um[0, 0]
+    assert np.array_equal(cut_out(tile, 4.5, None, 36), cut_out(surface, 4.5, None, 36))
 
 
 def test_smallest_invisible_number_of_terms_is_found_by_series():

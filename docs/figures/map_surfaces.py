@@ -117,11 +117,21 @@ class Surfaces:
         return self.written(replace(surface, heights_um=heights_um))
 
     def cut(self, surface: Surface, edge_um: float) -> Surface:
-        """The square about pixel (0, 0) as a tile with pixel (0, 0) in its corner and a coherence length of 65 µm."""
-        pixels = round(edge_um / surface.pixel_um)
-        centred = np.roll(surface.heights_um, 2 * [pixels // 2], axis=(0, 1))[:pixels, :pixels]
+        """The square about pixel (0, 0), with the same pixel (0, 0), as a tile with a coherence length of 65 µm."""
+        heights_um = np.roll(square(surface, edge_um), 2 * [-(round(edge_um / surface.pixel_um) // 2)], axis=(0, 1))
         name = f"{surface.name}, {edge_um:g} µm"
-        return self.written(replace(surface, name=name, heights_um=centred, coherence_um=TILE_UM))
+        return self.written(replace(surface, name=name, heights_um=heights_um, coherence_um=TILE_UM))
+
+
+def square(surface: Surface, edge_um: float) -> np.ndarray:
+    """Heights of the square about pixel (0, 0), `edge_um` at most the relief's. That pixel is in the square's middle.
+
+    A relief of one row is constant along y.
+    """
+    pixels = round(edge_um / surface.pixel_um)
+    heights_um = surface.heights_um
+    tile = np.repeat(heights_um, pixels, axis=0) if len(heights_um) == 1 else heights_um
+    return np.roll(tile, 2 * [pixels // 2], axis=(0, 1))[:pixels, :pixels]
 
 
 @lru_cache
@@ -135,22 +145,18 @@ def read_heights(*words) -> tuple[np.ndarray, float]:
 
 
 def cut_out(surface: Surface, edge_um: float, bar_um: float | None, pixels: int) -> Image.Image:
-    """A picture of the square about pixel (0, 0), `edge_um` at most the relief's, `pixels` wide and high, +y up.
+    """A picture of `square`, `pixels` wide and high, +y up.
 
     Heights are grey, the lowest black; they must not all be equal. A red bar of `bar_um` for scale is in the lower
     right corner, unless `None`.
     """
-    count = round(edge_um / surface.pixel_um)
-    heights_um = surface.heights_um
-    # A relief of one row is constant along y.
-    tile = np.repeat(heights_um, count, axis=0) if len(heights_um) == 1 else heights_um
-    square = np.roll(tile, 2 * [count // 2], axis=(0, 1))[:count, :count]
-    grey = np.uint8(np.round(255 * (square - square.min()) / np.ptp(square)))
+    heights_um = square(surface, edge_um)
+    grey = np.uint8(np.round(255 * (heights_um - heights_um.min()) / np.ptp(heights_um)))
     # Row 0 of the heights is the lowest y, that of a picture the highest.
     picture = Image.fromarray(np.ascontiguousarray(grey[::-1])).resize((pixels, pixels), Image.Resampling.BILINEAR)
     picture = picture.convert("RGB")
     if bar_um:
-        # Right and upper end of the bar, which is 4 pixels thick.
+        # Right and upper end of the bar, which is 5 pixels thick: `rectangle` fills both of its ends.
         right, top = pixels - 12, pixels - 14
         ImageDraw.Draw(picture).rectangle([right - bar_um / edge_um * pixels, top, right, top + 4], fill=(230, 30, 30))
     return picture

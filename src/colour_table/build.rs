@@ -99,6 +99,7 @@ impl ColourTable {
             model: options.model,
             tiling: options.tiling,
             coherence_length_um,
+            magnification: 1.0,
             tolerance: options.tolerance,
             purpose: Purpose::Table,
         };

@@ -95,11 +95,11 @@ fn pair_at_body(wi: BodyWave, wo: BodyWave) -> TransparentPair {
     let normal = max(abs(w), table.body_normal_min);
     let tangential = (wi.cosines + wo.cosines) / n * select(1.0, -1.0, w < 0.0);
     // k·k0·cosφ = −(Ki·Ko)_xy.
-    let sines = wi.sine * wo.sine;
-    let cos_phi = clamp(-dot(wi.cosines, wo.cosines) / max(sines, SINES_MIN), -1.0, 1.0);
+    let k_k0 = wi.sine * wo.sine;
+    let cos_phi = clamp(-dot(wi.cosines, wo.cosines) / max(k_k0, SINES_MIN), -1.0, 1.0);
     let cos_squared = cos_phi * cos_phi;
     let sin_squared = 1.0 - cos_squared;
-    let pp = wi.v * wo.v * cos_phi - sigma * wi.e * wo.e * sines;
+    let pp = wi.v * wo.v * cos_phi - sigma * wi.e * wo.e * k_k0;
     let contrast = contrast_over_normal(is_reflected, normal, wi);
     // |B|² τ τ0 of the states ss, sp, ps and pp, the outgoing state first. F is for unpolarised light.
     let powers = vec4<f32>(

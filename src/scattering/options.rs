@@ -96,6 +96,8 @@ impl Options {
             model: self.model,
             tiling: self.tiling,
             coherence_length_um: self.coherence_length_um,
+            // Bodies are bare, and the reach under a cover is the reciprocal of its index.
+            magnification: self.body.map_or(1.0 / self.reach, |body| body.eta),
             tolerance: self.tolerance,
             purpose: Purpose::Surface { energy },
         }

@@ -1,9 +1,9 @@
 //! Transparent bodies: reflection and transmission by the relief between air, above, and a lossless medium, below. The
 //! medium is a half-space, or a film with a flat lower side and air behind it.
 //!
-//! Light arrives from either side of the relief and is scattered to either side. All four cases read one power
-//! spectrum, by the sum of the two wave vectors. One factor F serves all: first-order small-slope theory with Rice's
-//! kernel, as in `small_slope.rs`.
+//! Light arrives from either side of the relief and is scattered to either side. All four cases read one power spectrum
+//! S of the relief, in µm², by the sum of the two wave vectors. One factor F serves all: first-order small-slope theory
+//! with Rice's kernel, as in `small_slope.rs`. `methods/transparent.wgsl` is the WGSL twin, for films.
 //!
 //! ```text
 //! n, ε         index of the medium, and its square
@@ -27,7 +27,8 @@
 //! The 2 is a factor 4 and the mean over the two incident states of unpolarised light.
 //!
 //! The power scattered into `d²Ko` is `F·S/λ²`, with S at the frequency `(Ki + Ko)_xy/λ` and the phase rate `2πw/λ`.
-//! F is reciprocal. At the mirror direction it is Fresnel's reflectance, at the refracted one Fresnel's transmittance.
+//! F is reciprocal. At a half-space it is Fresnel's reflectance at the mirror direction, and Fresnel's transmittance at
+//! the refracted one.
 //!
 //! S of a negative phase rate equals S of the positive one at the opposite frequency. In transmission w can vanish, and
 //! S vanishes in proportion to w². Both F and S therefore use a |w| of at least [`TransparentBody::normal_min`], so
@@ -103,7 +104,7 @@ pub(crate) struct BodyWave<N: Numbers> {
     /// Normal component over n in the other of the two media; zero where it is imaginary.
     pub other_normal: N::Real,
     /// k of the formulas above.
-    length: N::Real,
+    k: N::Real,
     /// Real and imaginary part of v of the formulas above.
     v: [N::Real; 2],
     /// e of the formulas above.
@@ -204,7 +205,7 @@ impl TransparentBody {
             normal: N::Real::select(is_below, cn, c1) * lit(1.0 / self.eta),
             other_normal: N::Real::select(is_below, c1, cn) * lit(1.0 / self.eta),
             eta_squared: index * index,
-            length: x.fma(x, y * y).sqrt(),
+            k: x.fma(x, y * y).sqrt(),
             v: [
                 N::Real::select(is_below, c1 * lit(self.eta), cn),
                 N::Real::select(is_below, c1_imaginary * lit(self.eta), zero),
@@ -234,12 +235,12 @@ impl TransparentBody {
         // that direction's states does not depend on φ.
         let eps = self.eta * self.eta;
         let dot = wi.tangential[0].fma(wo.tangential[0], wi.tangential[1] * wo.tangential[1]);
-        let sines = wi.length * wo.length;
-        let cos = (-N::narrow(dot) * lit(eps) / sines.max(lit(SINES_MIN))).clip(-one, one);
+        let k_k0 = wi.k * wo.k;
+        let cos = (-N::narrow(dot) * lit(eps) / k_k0.max(lit(SINES_MIN))).clip(-one, one);
         let (cos_squared, sin_squared) = (cos * cos, one - cos * cos);
         let squared = |[re, im]: [N::Real; 2]| re.fma(re, im * im);
         // B_pp times p·p0, real and imaginary part; `wi` has the symbols with 0.
-        let pp_re = (wi.v[0] * wo.v[0] - wi.v[1] * wo.v[1]).fma(cos, -(sigma * wi.e * wo.e * sines));
+        let pp_re = (wi.v[0] * wo.v[0] - wi.v[1] * wo.v[1]).fma(cos, -(sigma * wi.e * wo.e * k_k0));
         let pp_im = (wi.v[0] * wo.v[1] + wi.v[1] * wo.v[0]) * cos;
         // τ/|s|² and τ/|p|² of the outgoing and of the incident direction.
         let [[per_s, per_p], [per_s0, per_p0]] =
@@ -259,8 +260,8 @@ impl TransparentBody {
         TransparentPair { tangential, normal, powers: powers.map(|power| power * scale), per_solid_angle }
     }
 
-    /// `(ε − 1)/|w|`, with w over n. For n = 1 it is 0/0 where light goes straight on. It is then 0 in reflection,
-    /// and in transmission `s0`, the limit at the refracted direction.
+    /// `(ε − 1)/|w|`, with w over n. For n = 1 the relief is flat, and light goes straight on, where this is 0/0. It is
+    /// then 0 in reflection, and in transmission `s0`, the limit at the refracted direction.
     #[inline(always)]
     fn contrast_over_normal<N: Numbers>(self, is_reflected: N::Mask, normal: N::Real, wi: &BodyWave<N>) -> N::Real {
         if self.eta == 1.0 {

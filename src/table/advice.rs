@@ -27,10 +27,10 @@ impl BuildDemand {
             .filter(|&tolerance| tolerance > self.tolerance)
             .find(|&tolerance| fits(&Self { tolerance, ..self.clone() }));
         changes.extend(looser.map(|tolerance| format!("a tolerance of {tolerance}")));
-        let shorter_um = COHERENCE_LENGTHS_UM
-            .into_iter()
-            .filter(|&length_um| length_um < self.coherence_length_um)
-            .find(|&length_um| fits(&Self { coherence_length_um: length_um, ..self.clone() }));
+        let shorter_um = COHERENCE_LENGTHS_UM.into_iter().find(|given_um| {
+            let coherence_length_um = given_um * self.magnification;
+            coherence_length_um < self.coherence_length_um && fits(&Self { coherence_length_um, ..self.clone() })
+        });
         changes.extend(shorter_um.map(|length_um| format!("a coherence length of {length_um} µm")));
         // Fewer pixels would save little of the cost of a grating, which has one row or column of them.
         if self.size.0.min(self.size.1) > 1 {
@@ -50,8 +50,9 @@ impl BuildDemand {
         };
         // The relief if its heights are meant in nm but were read in µm.
         let thousandth = Self { range_um: self.range_um * 1e-3, ..self.clone() };
-        if self.range_um >= DEEP_UM && fits(&thousandth) {
-            let (given, meant) = (four_digits(self.range_um), four_digits(thousandth.range_um));
+        let given_um = self.range_um / self.magnification;
+        if given_um >= DEEP_UM && fits(&thousandth) {
+            let (given, meant) = (four_digits(given_um), four_digits(given_um * 1e-3));
             advice += &format!(". Is the height in µm? It is {given} µm; {meant} µm would do");
         }
         advice

@@ -133,6 +133,7 @@ pub enum Purpose {
 ///     model: Model::Ensemble,
 ///     tiling: Tiling::Aperiodic,
 ///     coherence_length_um: 65.0,
+///     magnification: 1.0,
 ///     tolerance: 1e-3,
 ///     purpose: Purpose::Table,
 /// };
@@ -156,6 +157,9 @@ pub struct BuildDemand {
     pub tiling: Tiling,
     /// Coherence length in µm: four standard deviations of the window.
     pub coherence_length_um: f64,
+    /// Ratio of the lengths above to those that the user gave: the index of a cover or of a transparent body. Advice
+    /// states the user's lengths.
+    pub magnification: f64,
     /// Largest relative error of the table.
     pub tolerance: f64,
     /// Use of the table.

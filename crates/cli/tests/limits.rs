@@ -95,6 +95,7 @@ fn demand(size: (usize, usize), pixel_um: f64, range_um: f64) -> BuildDemand {
         model: Model::Ensemble,
         tiling: Tiling::Aperiodic,
         coherence_length_um: 65.0,
+        magnification: 1.0,
         tolerance: 1e-3,
         purpose: Purpose::Surface { energy: 1.0 },
     }
@@ -145,6 +146,27 @@ fn suggested_values_are_accepted() {
         }
     }
     assert!(seen.iter().all(|count| *count > 0), "a kind of advice is never given: {seen:?}");
+}
+
+#[test]
+fn advice_states_lengths_as_given() {
+    let relief = r#""preset": "sinusoidal", "height": 900, "coherence_length": 1e5, "tolerance": 1e-5"#;
+    let covered = r#""cover_eta": 1.5, "eta": 1.0, "k": 6.9"#;
+    let film = r#""transmission": "film", "eta": 1.5"#;
+    for medium in [covered, film] {
+        let config = |length: f64| {
+            let json = format!(r#"{{{relief}, {medium}}}"#).replace("1e5", &length.to_string());
+            SurfaceConfig::from_json(&json).unwrap()
+        };
+        let check = |config: SurfaceConfig| {
+            config.options().demand(&config.height_field_inside().unwrap()).check(config.build_limit)
+        };
+        let message = check(config(1e5)).unwrap_err().to_string();
+        assert!(message.contains("It is 900 µm; 0.9 µm would do"), "{message}");
+        if let Some(length_um) = suggested(&message, "a coherence length of ") {
+            assert_eq!(check(config(length_um)), Ok(()), "{message}");
+        }
+    }
 }
 
 #[test]
