@@ -24,8 +24,8 @@ const PERIOD_UM: f64 = 1.144_26;
 /// Peak to valley in µm: the height of white in the published pictures of the scans.
 const TOP_UM: f64 = 0.434_72;
 
-/// Width of the fingers' flanks, in finger periods. A flank is the edge at which a finger's opacity falls from 1 to 0.
-/// Wider flanks are less steep.
+/// Width of the fingers' flanks, in finger periods. A flank is the edge over which a finger's opacity, the weight of
+/// its surface against the ground's, falls from 1 to 0. Wider flanks are less steep.
 const FLANK: f64 = 0.16;
 
 /// Position along a layer, in layer periods, at which the round end of a mean finger begins.
@@ -45,8 +45,8 @@ fn sheet_um(t: f64) -> f64 {
     0.175 + 0.084 * smooth_step(-0.18, 0.22, t) - 0.012 * smooth_step(0.4, 1.0, t)
 }
 
-/// Half the width of a finger at `t`, in finger periods, between the middles of its two flanks. Fingers touch at t = 0;
-/// the gap between them is a wedge; tips are round.
+/// Half the width of a finger at `t`, in finger periods, between the middles of its two flanks. At t = 0 neighbouring
+/// fingers touch, without ground between them; from there the gap opens as a wedge. Tips are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
     let t = t.max(0.0);
     // Half the width of fingers that touch.
@@ -94,6 +94,7 @@ fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
         // Root mean square displacements in µm. The shortest waves are an eighth and a sixth of the tile.
         warp_x: random.smooth_field(PIXELS, PIXELS, 8) * 0.85,
         warp_y: random.smooth_field(PIXELS, PIXELS, 6) * 0.12,
+        // Root mean square in finger periods.
         layer_shift: (0..LAYERS).map(|_| 0.05 * random.normal()).collect(),
     };
     if let Some(regions) = regions {

@@ -69,7 +69,8 @@ pub(super) struct Header {
     pub step_um: [Option<f64>; 2],
     /// Length of the longer side in µm, from a key without an axis.
     pub edge_um: Option<f64>,
-    /// Unit of the heights.
+    /// Unit of the heights: that of the last line with one. A factor in nm per value counts only where no line before
+    /// gives a unit.
     pub height_unit: HeightUnit,
     /// Units of x and y of points, in µm.
     pub lateral_um: Option<[f64; 2]>,
@@ -227,7 +228,6 @@ impl Header {
             Role::LateralUnit => self.lateral_um = Some([micrometres(value)?; 2]),
             Role::NmPerValue => {
                 let nm = number()?;
-                // The key `z-unit` takes precedence.
                 if self.height_unit == HeightUnit::NotGiven {
                     self.height_unit = HeightUnit::Length(format!("{nm} nm"), nm * 1e-3);
                 }
