@@ -34,7 +34,7 @@ struct BodyWave {
     // ζ over n, positive.
     normal: f32,
     // k, the length of `cosines`.
-    sine: f32,
+    k: f32,
     // v of the factor F.
     v: f32,
     // e of the factor F.
@@ -95,7 +95,7 @@ fn pair_at_body(wi: BodyWave, wo: BodyWave) -> TransparentPair {
     let normal = max(abs(w), table.body_normal_min);
     let tangential = (wi.cosines + wo.cosines) / n * select(1.0, -1.0, w < 0.0);
     // k·k0·cosφ = −(Ki·Ko)_xy.
-    let k_k0 = wi.sine * wo.sine;
+    let k_k0 = wi.k * wo.k;
     let cos_phi = clamp(-dot(wi.cosines, wo.cosines) / max(k_k0, SINES_MIN), -1.0, 1.0);
     let cos_squared = cos_phi * cos_phi;
     let sin_squared = 1.0 - cos_squared;

@@ -260,8 +260,8 @@ impl TransparentBody {
         TransparentPair { tangential, normal, powers: powers.map(|power| power * scale), per_solid_angle }
     }
 
-    /// `(ε − 1)/|w|`, with w over n. For n = 1 the relief is flat, and light goes straight on, where this is 0/0. It is
-    /// then 0 in reflection, and in transmission `s0`, the limit at the refracted direction.
+    /// `(ε − 1)/|w|`, with w over n. For n = 1 configurations flatten the relief, so light goes straight on, where this
+    /// is 0/0. It is then 0 in reflection, and in transmission `s0`, the limit at the refracted direction.
     #[inline(always)]
     fn contrast_over_normal<N: Numbers>(self, is_reflected: N::Mask, normal: N::Real, wi: &BodyWave<N>) -> N::Real {
         if self.eta == 1.0 {
