@@ -7,8 +7,9 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-# Smallest brightness of compared pixels, as a fraction of the brightness's 99th percentile, which few bright pixels do
-# not set. Darker pixels appear black, and rounding dominates them: the realtime renderer sums in single precision.
+# Smallest brightness of compared pixels, as a fraction of the 99th percentile of the brightness. The largest brightness
+# would depend on a few pixels. Darker pixels appear black, and rounding dominates them: the realtime renderer sums in
+# single precision.
 FLOOR_FRACTION = 0.01
 # Smallest brightness of pixels that enter this percentile, as a fraction of the brightest. A grating's order lights few
 # pixels; the others have only the tail of its Gaussian and would lower the percentile.

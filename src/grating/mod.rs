@@ -32,6 +32,9 @@
 //! | point (t, b) | one solution of `sunbeam-rigorous`, for all orders at once |
 //! | node | a position in a cell's table or in its solution; also a place on the profile at which fields are solved |
 //!
+//! For a pair of directions, lobes move both by half of the distance to order m, and take t and a of the moved incident
+//! direction (`lobe.rs`).
+//!
 //! t, b and the index m are those of `sunbeam-rigorous`, which solves at given t, b and λ. From t and λ follows
 //! `ky²/k² = 1 − (tλ/d)²`, so ky is imaginary at wavelengths above d/t. Components of a direction in a medium of
 //! index n enter f, a and ky/k times n.
