@@ -14,7 +14,7 @@ from test_transmission import both_sides, index_of, on_side
 
 from mitsuba_scenes.chi_square import SphereDomain, bsdf_test
 
-# The reliefs of tests/core/transmission_rigorous.rs: a short period, whose tables are soon built.
+# Relief of tests/core/transmission_rigorous.rs, whose tables are shared: few orders, so that they are soon built.
 RELIEF = {"preset": "sinusoidal", "period": 0.6, "height": 0.2, "theory": "rigorous", "eta": 1.5}
 GRATING = {**RELIEF, "coherence_length": 8.0}
 FILM = {**GRATING, "transmission": "film", "back_reflection": False}
