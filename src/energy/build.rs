@@ -22,6 +22,8 @@
 
 mod raise;
 
+pub(super) use raise::DEEP_PHASE;
+
 use super::grid::{Grid, place};
 use super::integral::AlbedoIntegral;
 use super::node_gaussian::Ridge;
@@ -53,13 +55,10 @@ pub(super) const NARROW_CELLS_MIN: u32 = 24;
 ///
 /// It is also the relative increase of the excess per unit of excess, since a large divisor changes much within a cell.
 /// This increase matters for reliefs a few µm deep.
-const MARGIN: f64 = 0.007;
+pub(super) const MARGIN: f64 = 0.007;
 /// Excess of the divisor from which it gets the whole [`MARGIN`]. Smaller excesses get a proportional part, so that the
 /// margin does not begin with a step. Chosen.
-const MARGIN_FROM: f64 = 0.05;
-/// Relative increase of the excess at the rim of the grid, falling by a factor e² per cell: `(A − 1)·cos²θ` is concave
-/// in the outermost cells, so linear interpolation lies below it. Chosen large, since hardly any power leaves there.
-const RIM_INCREASE: f64 = 3.0;
+pub(super) const MARGIN_FROM: f64 = 0.05;
 /// Relative increase of the excess at the horizon where orders have ridges, falling as `(1 − cosθ)¹⁶`, to a tenth at
 /// 82°: ridges are narrowest there. With 0.3, albedos at a coherence length of 5 µm reach 1.03 beyond 85°.
 const GRAZING_INCREASE: f64 = 0.6;
@@ -68,11 +67,9 @@ const NEGLIGIBLE: f64 = 3e-4;
 /// Number of iterations for `t`. Every iterate is an upper bound of `t`. Chosen: more iterations darken less, but take
 /// longer.
 const ITERATIONS: usize = 4;
-/// Half-side of a node's box ([`Ridge`]) along the grid's x and y, in cells. With 0.6 here and 0.5 for [`BOX_GROUPS`]
-/// albedos reach 1.04; with 1 here the mean albedo is lower by 0.01.
-const BOX_CELLS: f64 = 0.7;
-/// Half-side of a node's box ([`Ridge`]) along the wavelength, in groups; see [`BOX_CELLS`].
-const BOX_GROUPS: f64 = 0.6;
+/// Half-side of a node's box ([`Ridge`]): along the grid's x and y in cells, along the wavelength in groups. With 0.6
+/// albedos reach 1.04; with 1 the mean albedo is lower by 0.01.
+const BOX_HALF_SIDE: f64 = 0.65;
 
 /// Four directions side by side.
 type Real4 = <Lanes<'static> as Numbers>::Real;
@@ -194,13 +191,13 @@ impl<'a, const K: usize> Builder<'a, K> {
             if stride == 1 {
                 let half_sides = box_half_sides(grid, position);
                 for &cosine in &self.ridge_cosines {
-                    let ridge = Ridge { cosine, half_sides, half_range_um: BOX_GROUPS * 1e-3 * group.spacing_nm };
+                    let ridge = Ridge { cosine, half_sides, half_range_um: BOX_HALF_SIDE * 1e-3 * group.spacing_nm };
                     let on_ridge = self.divisor(wi, group_at, &group, b, Some(ridge));
                     t = std::array::from_fn(|k| t[k].max(on_ridge[k]));
                 }
             }
             let is_node = true;
-            self.tabulated(t, is_node, wi, radius, grid).map(|value| value as f32)
+            self.tabulated(t, is_node, wi[2], grid).map(|value| value as f32)
         };
         let found: Vec<[f32; K]> = (0..groups * integrated).into_par_iter().map(integrate).collect();
         // With mirror symmetry only the rows up to the middle are integrated; the others copy them.
@@ -248,9 +245,9 @@ impl<'a, const K: usize> Builder<'a, K> {
         lowered(first_t, &divided)
     }
 
-    /// Tabulated value `(A − 1)·cos²θ` that `t` requires in a direction wi at `radius` of the grid. The excess is
-    /// increased towards the horizon; at nodes the margin is added.
-    fn tabulated(&self, t: [f64; K], is_node: bool, wi: Vec3, radius: f64, grid: Grid) -> [f64; K] {
+    /// Tabulated value `(A − 1)·cos²θ` that `t` requires at the cosine `cos` of wi. The excess is increased towards the
+    /// horizon; at nodes the margin is added.
+    fn tabulated(&self, t: [f64; K], is_node: bool, cos: f64, grid: Grid) -> [f64; K] {
         // Unlike `AlbedoIntegral::has_ridges`, includes spectral tables of many narrow nodes, whose ridges are low.
         let any_ridges = !self.ridge_cosines.is_empty();
         let margin = match is_node {
@@ -258,14 +255,12 @@ impl<'a, const K: usize> Builder<'a, K> {
             true => MARGIN,
             false => 0.0,
         };
-        let cells_from_rim = 0.5 * f64::from(grid.cells) * (1.0 - radius.min(1.0));
-        let grazing = if any_ridges { GRAZING_INCREASE * (1.0 - wi[2]).powi(16) } else { 0.0 };
-        let increase = RIM_INCREASE * (-2.0 * cells_from_rim).exp() + grazing;
+        let increase = if any_ridges { GRAZING_INCREASE * (1.0 - cos).powi(16) } else { 0.0 };
         t.map(|t| {
             let excess = t - 1.0;
             if excess > NEGLIGIBLE {
                 let increased = (1.0 + increase + MARGIN * excess) * excess;
-                (increased + margin * t * (excess / MARGIN_FROM).min(1.0)) * wi[2] * wi[2]
+                (increased + margin * t * (excess / MARGIN_FROM).min(1.0)) * cos * cos
             } else {
                 0.0
             }
@@ -300,7 +295,7 @@ fn lowered<const K: usize>(first_t: [f64; K], parts: &[([Real4; K], [Real4; K])]
 /// ([`Ridge::half_sides`]): half of the difference between the directions at both ends of the box along each axis.
 fn box_half_sides(grid: Grid, position: [f64; 2]) -> [[f64; 2]; 2] {
     [0, 1].map(|axis: usize| {
-        let ends = [-BOX_CELLS, BOX_CELLS].map(|step| {
+        let ends = [-BOX_HALF_SIDE, BOX_HALF_SIDE].map(|step| {
             let mut end = position;
             end[axis] += step;
             grid.direction(end).0

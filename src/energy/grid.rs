@@ -10,12 +10,11 @@
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::{COSINE_MIN, Vec3};
 
-/// cosθ at which nodes on the rim and beyond it are evaluated. At cosθ = 0 the albedo may be infinite. Chosen small
-/// against 0.007, the cosine one cell inside the rim of the finest grid (48 cells, `build.rs`).
-const RIM_COSINE: f64 = 1e-4;
-
 /// Values of cosθ at which the interpolation in cells on the horizon is checked (`build/raise.rs`): 89.94° and 89.83°.
 /// Chosen: the albedo of wide orders has a pole at the horizon that is confined to the last tenths of a degree.
+///
+/// Nodes on the rim and beyond it are evaluated at the first, since the albedo may be infinite at cosθ = 0. One cell
+/// inside the rim of the finest grid (48 cells, `build.rs`) the cosine is 0.007.
 const RIM_COSINES: [f64; 2] = [1e-3, 3e-3];
 
 /// Place of a direction in a grid.
@@ -68,6 +67,12 @@ impl Grid {
         self.side() * self.side()
     }
 
+    /// Largest change of cosθ along a cell's side. At the radius r, `cosθ = (1 − r²)²` is steepest at `r² = 1/3`, with
+    /// the slope `8/(3√3)`. A cell's side is 2 over the number of cells.
+    pub(super) fn cell_cosine(self) -> f64 {
+        16.0 / (3.0 * 3f64.sqrt()) / f64::from(self.cells)
+    }
+
     /// Position of a node along x and y, in cells from the first node.
     pub(super) fn position(self, node: usize) -> [f64; 2] {
         [node % self.side(), node / self.side()].map(|at| at as f64)
@@ -81,12 +86,12 @@ impl Grid {
 
     /// Direction at a `position` along x and y in cells from the first node, and the position's radius `√(X² + Y²)`.
     /// Positions beyond the rim of the disc get the direction at the rim; their radius exceeds 1. Cosines are at least
-    /// [`RIM_COSINE`].
+    /// the first of [`RIM_COSINES`].
     pub(super) fn direction(self, position: [f64; 2]) -> (Vec3, f64) {
         let [x, y] = position.map(|p| 2.0 * p / f64::from(self.cells) - 1.0);
         let radius = x.hypot(y);
         // From X² + Y² = 1 − √cosθ.
-        let cos = (1.0 - radius.min(1.0).powi(2)).powi(2).max(RIM_COSINE);
+        let cos = (1.0 - radius.min(1.0).powi(2)).powi(2).max(RIM_COSINES[0]);
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
         let scale = if radius > 0.0 { sin / radius } else { 0.0 };
         ([x * scale, y * scale, cos], radius)

@@ -18,7 +18,7 @@
 //! are λ'. Without resizing λ, λ' and λ" are equal. w is `cosθi + cosθo`.
 
 use super::merging::{SEPARATE_MAX, is_limited, merged_gaussians, node_gaussians};
-use super::node_gaussian::{Incidence, NodeGaussian, PANEL_PHASE_MAX, Ridge, peak_cosine};
+use super::node_gaussian::{Incidence, NodeGaussian, PANEL_PHASE_MAX, PANEL_SIGMAS, Ridge, peak_cosine};
 use super::power_grid::PowerGrid;
 use super::quadrature::hemisphere;
 use crate::numeric::{Number, Real, Values};
@@ -28,9 +28,6 @@ use crate::scattering::{
 use crate::table::{LatticeAxis, NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MIN_NM};
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Width of a panel of 16 quadrature nodes in standard deviations of a wide node. Chosen: wider panels are less
-/// accurate; narrower ones take longer.
-const PANEL_SIGMAS: f64 = 18.0;
 /// Largest number of panels over the hemisphere with which a table's nodes count as wide. Chosen: with more, it is
 /// faster to integrate nodes one by one.
 const PANELS_MAX: f64 = 24.0;

@@ -13,6 +13,7 @@
 //! A *merged* Gaussian stands for several weaker nodes together, and needs less accuracy.
 
 use super::quadrature::{HERMITE_3, HERMITE_5, LEGENDRE_6, LEGENDRE_16, SymmetricRule, hemisphere, in_panels};
+use crate::numeric::math::GAUSSIAN_REACH;
 use crate::scattering::{Vec3, direction_above};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -20,15 +21,13 @@ use std::f64::consts::TAU;
 /// σ in direction cosines below which one quadrature node stands for a Gaussian's width. Far from the horizon the
 /// larger σ of both axes is compared, near the horizon the σ across the radius. Larger values take fewer nodes. Chosen
 /// with [`WIDE_SIGMA`] for the error of 0.2 % that the tests of the accurate integral allow.
-const SHARP_SIGMA: f64 = 0.01;
+pub(super) const SHARP_SIGMA: f64 = 0.01;
 /// Largest ratio of σ across the radius to cosθi for one quadrature node near the horizon. The obliquity factor depends
 /// on the distance from the mirror direction in units of cosθi. Chosen.
 const SHARP_OF_COSINE: f64 = 0.3;
 /// σ across the radius, in direction cosines, from which five quadrature nodes are used instead of three; see
 /// [`SHARP_SIGMA`] for the error.
 const WIDE_SIGMA: f64 = 0.04;
-/// Standard deviations from the centre at which a Gaussian is cut. Chosen, since 6e-7 of it lies beyond.
-const CUT_SIGMAS: f64 = 5.0;
 /// Smallest `cos²θo/σ`, with θo of the centre, at which one quadrature node stands for a Gaussian. The mean of
 /// `1/cosθo` then has an error of 0.1 %.
 const ONE_NODE_SIGMAS: f64 = 40.0;
@@ -38,9 +37,9 @@ const THREE_NODES_SIGMAS: f64 = 16.0;
 /// Largest change of the relief's phase over a panel of 16 quadrature nodes, in radians: about five periods. Chosen:
 /// wider panels sample fringes too coarsely; narrower ones take longer.
 pub(super) const PANEL_PHASE_MAX: f64 = 30.0;
-/// Largest width of a panel of 16 quadrature nodes, in standard deviations of a Gaussian that is cut exactly. Chosen:
-/// wider panels are less accurate; narrower ones take longer.
-const CUT_PANEL_SIGMAS: f64 = 2.5 * CUT_SIGMAS;
+/// Largest width of a panel of 16 quadrature nodes, in standard deviations of a Gaussian or a wide node. Chosen: wider
+/// panels are less accurate; narrower ones take longer.
+pub(super) const PANEL_SIGMAS: f64 = 18.0;
 /// Distance of the centre inside the horizon, in standard deviations, at which the mean of `(1 − ρ)^(−½)` over a
 /// Gaussian is largest, to two digits. Near the horizon `1/cosθo` is proportional to this power.
 const PEAK_SIGMAS: f64 = 0.77;
@@ -144,16 +143,16 @@ impl NodeGaussian<'_> {
         }
         // Most nodes of a natural relief lie beyond the horizon, and are rejected before a root is taken.
         let rho_squared = centre[0] * centre[0] + centre[1] * centre[1];
-        if rho_squared >= (1.0 + CUT_SIGMAS * widest).powi(2) {
+        if rho_squared >= (1.0 + GAUSSIAN_REACH * widest).powi(2) {
             return;
         }
         // Limits of the resolved range, in standard deviations from the centre.
         let limits = [0, 1].map(|axis| resolved[axis].map(|limit| (limit - centre[axis]) / sigma[axis]));
-        if limits.iter().any(|[low, high]| *low >= CUT_SIGMAS || *high <= -CUT_SIGMAS) {
+        if limits.iter().any(|[low, high]| *low >= GAUSSIAN_REACH || *high <= -GAUSSIAN_REACH) {
             return;
         }
         // Along each axis, whether the limits lie beyond the Gaussian's ends.
-        let is_whole = limits.map(|[low, high]| low <= -CUT_SIGMAS && high >= CUT_SIGMAS);
+        let is_whole = limits.map(|[low, high]| low <= -GAUSSIAN_REACH && high >= GAUSSIAN_REACH);
         match self.rule(incidence, rho_squared, widest, is_whole) {
             Rule::OneNode => {
                 if let Some(wo) = direction_above(centre[0], centre[1]) {
@@ -191,7 +190,7 @@ impl NodeGaussian<'_> {
         let rho = rho_squared.sqrt();
         // Whether Gauss–Hermite rules follow `1/cosθo` and the relief's phase. The pole of the former then lies 1 σ
         // beyond the Gaussian's ends, and the phase changes by phase·σ·ρ/cosθo < 1 rad over σ. Both bounds are chosen.
-        let is_clear = 1.0 - rho > (CUT_SIGMAS + 1.0) * widest
+        let is_clear = 1.0 - rho > (GAUSSIAN_REACH + 1.0) * widest
             && incidence.phase * widest * rho < (1.0 - rho_squared).max(0.0).sqrt();
         // Whether cos²θo/σ exceeds a bound; cos²θo = 1 − ρ².
         let is_far = |sigmas: f64| 1.0 - rho_squared > sigmas * widest;
@@ -243,7 +242,7 @@ impl NodeGaussian<'_> {
             let reach = reach_squared.sqrt();
             // A position `along` the line is reach·sin ψ. There cosθo = reach·cos ψ, and d(along) = cosθo dψ.
             let psi_at = |along: f64| (along / reach).clamp(-1.0, 1.0).asin();
-            let range = [psi_at(rho - CUT_SIGMAS * sigma_along), psi_at(rho + CUT_SIGMAS * sigma_along)];
+            let range = [psi_at(rho - GAUSSIAN_REACH * sigma_along), psi_at(rho + GAUSSIAN_REACH * sigma_along)];
             // PANEL_PHASE_MAX is for 16 nodes. A rule of fewer nodes gets panels that are narrower in proportion. The
             // phase changes by at most `phase` per radian of ψ.
             let widest_panel = PANEL_PHASE_MAX / incidence.phase * PAIRS as f64 / LEGENDRE_16.0.len() as f64;
@@ -270,9 +269,10 @@ fn integrate_cut(
     limits: [[f64; 2]; 2],
     mut visit: impl FnMut(Vec3, f64, f64),
 ) {
-    let bounds = [0, 1].map(|axis| limits[axis].map(|t| centre[axis] + t.clamp(-CUT_SIGMAS, CUT_SIGMAS) * sigma[axis]));
+    let bounds =
+        [0, 1].map(|axis| limits[axis].map(|t| centre[axis] + t.clamp(-GAUSSIAN_REACH, GAUSSIAN_REACH) * sigma[axis]));
     // Widths in radians of the angles of `hemisphere`, in which a Gaussian is no narrower than in direction cosines.
-    let panels = sigma.map(|sigma| (CUT_PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / incidence.phase));
+    let panels = sigma.map(|sigma| (PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / incidence.phase));
     let norm = 1.0 / (TAU * sigma[0] * sigma[1]);
     hemisphere(bounds, panels, incidence.wi[2], |wo, area| {
         let z = [0, 1].map(|axis| (wo[axis] - centre[axis]) / sigma[axis]);
@@ -294,7 +294,7 @@ fn gaussian_rule([low, high]: [f64; 2], whole: bool) -> [(f64, f64); 3] {
     if whole {
         return HERMITE_3;
     }
-    let (low, high) = (low.max(-CUT_SIGMAS), high.min(CUT_SIGMAS));
+    let (low, high) = (low.max(-GAUSSIAN_REACH), high.min(GAUSSIAN_REACH));
     let density = |t: f64| (-0.5 * t * t).exp() / TAU.sqrt();
     let cumulative = |t: f64| 0.5 * (1.0 + libm::erf(t / std::f64::consts::SQRT_2));
     let (a, b) = (density(low), density(high));

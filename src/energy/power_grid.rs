@@ -7,20 +7,16 @@
 //! Only tables of wide nodes have a grid, since it stays small there. They belong to aperiodic height fields a few µm
 //! wide.
 
+use crate::numeric::math::GAUSSIAN_REACH;
 use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, LatticeAxis, NodeCurve, SpectralTable};
 use rayon::prelude::*;
 
 /// Spacing of the grid in standard deviations of the table's kernel. Chosen with [`STEPS_PER_KNOT`] for errors below
 /// 0.5 % of the largest density, which a test measures. A narrower spacing takes more memory and time.
 const SPACING_SIGMAS: f64 = 0.4;
-/// Distance in standard deviations up to which a node of the table adds to the grid, for any interpolation kernel.
-/// Chosen: a Gaussian kernel has fallen to 3e-4 of its peak there.
-const REACH_SIGMAS: f64 = 4.0;
 /// Steps in κ for each knot interval of the table's splines. Fewer steps are less accurate, since powers are linear
 /// between them; more take more memory and time. See [`SPACING_SIGMAS`] for the error.
 const STEPS_PER_KNOT: f64 = 3.0;
-/// Smallest number of steps in κ, chosen for flat reliefs, which have few knots.
-const STEPS_MIN: f64 = 40.0;
 
 /// `S(f; κ)` on a grid of frequencies and uniform steps of κ.
 pub(super) struct PowerGrid {
@@ -58,7 +54,7 @@ impl PowerGrid {
             // The cubic interpolation reads up to two nodes beyond.
             (f_max * nodes_per_f[c]).ceil() as usize + 2
         });
-        let steps_per_kappa = (STEPS_PER_KNOT / table.kappa_step()).max(STEPS_MIN / table.kappa_max());
+        let steps_per_kappa = STEPS_PER_KNOT / table.kappa_step();
         // Steps from 0 to the first at or above the largest κ, and one more that linear interpolation may read.
         let steps = (table.kappa_max() * steps_per_kappa).ceil() as usize + 2;
         let curves: Vec<_> = (0..steps).map(|i| NodeCurve::new(table, i as f64 / steps_per_kappa)).collect();
@@ -142,7 +138,7 @@ fn reached(
     count: usize,
 ) -> impl Iterator<Item = (usize, f32)> + use<> {
     let (kernel, table_nodes_per_node) = (axis.kernel, axis.period_um / nodes_per_f);
-    let spread = REACH_SIGMAS / SPACING_SIGMAS;
+    let spread = GAUSSIAN_REACH / SPACING_SIGMAS;
     // The range is empty where the table node's reach ends below the grid.
     let (low, end) = ((centre - spread).ceil().max(0.0) as usize, ((centre + spread).floor() + 1.0).max(0.0) as usize);
     (low..count.min(end)).map(move |i| (i, kernel.weight((i as f64 - centre) * table_nodes_per_node) as f32))

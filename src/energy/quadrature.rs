@@ -15,9 +15,6 @@ use crate::numeric::math::sines_and_cosines;
 use crate::scattering::Vec3;
 use std::f64::consts::FRAC_PI_2;
 
-/// Incident cosine below which the horizon gets panels of its own. Chosen: a larger value takes more nodes; a smaller
-/// one is less accurate at grazing incidence.
-const GRAZING_COS: f64 = 0.03;
 /// Width of the horizon's panels in ψ: a multiple of cosθi, in radians. At their inner edge cosθo is about 8 cosθi for
 /// α = 0, so `1/(cosθi + cosθo)²` is 1/81 of its value at the horizon. Chosen: wider panels sample this fall more
 /// coarsely; narrower ones leave more of it to the other panels.
@@ -85,8 +82,9 @@ pub(super) fn hemisphere(bounds: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mu
         ends.extend([-kink, kink].into_iter().filter(|alpha| alpha_low < *alpha && *alpha < alpha_high));
     }
     ends.sort_by(f64::total_cmp);
-    // |ψ| from which the horizon has panels of its own; π/2 without them.
-    let edge = FRAC_PI_2 - if cos_i < GRAZING_COS { HORIZON_COSINES * cos_i } else { 0.0 };
+    // |ψ| from which the horizon has panels of its own; π/2 where they would not be narrower than the others.
+    let horizon = HORIZON_COSINES * cos_i;
+    let edge = FRAC_PI_2 - if horizon < widest[0].min(FRAC_PI_2) { horizon } else { 0.0 };
     // Nodes in ψ at one α, and the range of ψ that they cover. Most α have the full range and share its nodes.
     let (mut psi_nodes, mut psi_range) = (Vec::new(), [f64::NAN; 2]);
     for alpha_range in ends.windows(2) {

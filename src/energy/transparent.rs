@@ -16,11 +16,11 @@
 //! The table holds `(A − 1)·cos²θ`, as every [`AlbedoTable`], at the nodes of a grid of directions (`grid.rs`), on
 //! planes over λ' and, for several sizes, on slabs over λ" (`sizes.rs`).
 
-use super::build::{NARROW_CELLS_MIN, SMALLEST_SIZE};
+use super::build::{DEEP_PHASE, MARGIN, MARGIN_FROM, NARROW_CELLS_MIN, SMALLEST_SIZE};
 use super::grid::Grid;
 use super::integral::phase_per_cosine;
 use super::merging::merged_gaussians;
-use super::node_gaussian::NodeGaussian;
+use super::node_gaussian::{NodeGaussian, SHARP_SIGMA};
 use super::quadrature::HERMITE_3;
 use super::sizes::SizeAxes;
 use super::{AlbedoLayout, AlbedoTable, packets};
@@ -36,21 +36,7 @@ const FEW: usize = 100;
 /// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few Gaussians; many have
 /// [`SMALLEST_SIZE`]. Chosen: more planes leave smaller errors between nodes, and take longer and more memory.
 const CELLS_AND_PLANES_OF_FEW: (u32, u32) = (NARROW_CELLS_MIN, 11);
-/// Margin of the divisor for errors of interpolation. Chosen: a larger margin darkens; a smaller one leaves
-/// albedos above one between nodes.
-const MARGIN: f64 = 0.005;
-/// Excess of the divisor over one from which it gets the whole margin. Smaller ones get a proportional part, so that
-/// the divisor has no step where albedos reach one. Chosen.
-const MARGIN_FROM: f64 = 0.02;
-/// Standard deviation of a Gaussian, in units of the wave number in the medium, from which three quadrature nodes along
-/// an axis stand for its width. Frequencies of the magnified relief, times the wavelength in air, have this unit.
-/// Chosen: smaller values take longer; larger ones ignore more of the width.
-const SHARP_SIGMA: f64 = 0.004;
-/// Phase between the relief's lowest and highest point, in radians per unit of w, from which a relief counts as deep.
-/// The phase then changes by about 2 rad across a cell. If no relief counted as deep, an albedo of 1.046 would remain
-/// on a sinusoid 1.7 µm high.
-const DEEP_PHASE: f64 = 15.0;
-/// Offsets from a node of the grid at which albedos of deep reliefs are integrated: along x and y in cells, and in
+/// Offsets from a node of the grid at which albedos of deep reliefs ([`DEEP_PHASE`]) are integrated: along x and y in cells, and in
 /// planes. They are the node and four corners of a cube around it. Chosen: a larger cube also has maxima nearer to
 /// other nodes, and darkens more directions; a smaller one misses maxima between nodes.
 const DEEP_OFFSETS: [[f64; 3]; 5] =
@@ -103,8 +89,9 @@ impl AlbedoTable {
             Some(axes) => [axes.plane_nm(plane), axes.slab_nm(slab)],
         };
         // Albedos of deep reliefs fluctuate within a cell. A node then has the largest of the albedos around it.
-        let offsets: &[[f64; 3]] = if phase_max > DEEP_PHASE { &DEEP_OFFSETS } else { &[[0.0; 3]] };
         let grid = Grid { cells };
+        let is_deep = phase_max * grid.cell_cosine() > DEEP_PHASE;
+        let offsets: &[[f64; 3]] = if is_deep { &DEEP_OFFSETS } else { &[[0.0; 3]] };
         let slabs = sizes.map_or(1, |axes| axes.slabs);
         // Number of nodes in a slab.
         let in_slab = planes as usize * grid.in_plane();

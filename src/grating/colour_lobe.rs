@@ -16,7 +16,7 @@
 //! (`colour_tables.rs`). Order 0 has ν_m = 0 and no wavelength of its own; the colour of its efficiency is tabulated
 //! over directions. Further symbols are those of `mod.rs`, but q is a vector here. A *channel* is an order on one side
 //! of the relief. In a medium of index n below, tangential parts enter q times n, and light that leaves there has f_r
-//! times n² (`lobe.rs`). `REACH` counts standard deviations; `TAU` is 2π.
+//! times n² (`lobe.rs`). `GAUSSIAN_REACH` counts standard deviations; `TAU` is 2π.
 //!
 //! The WGSL twin is `src/methods/grating.wgsl`.
 
@@ -26,10 +26,10 @@ use super::colour_tables::{
 };
 use super::efficiencies::EfficiencyView;
 use super::layout::Below;
-use super::lobe::{GratingLayout, MayTransmit, REACH};
+use super::lobe::{GratingLayout, MayTransmit};
 use super::polarisation::JonesView;
 use crate::lobe::{Gamut, InColour, Sides, luminance};
-use crate::numeric::math::normal_quantile;
+use crate::numeric::math::{GAUSSIAN_REACH, normal_quantile};
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::sampling::BELOW_ONE;
 use crate::scattering::TYPICAL_WAVELENGTH_UM;
@@ -197,9 +197,9 @@ impl<N: Numbers> GratingColourLobe<N> {
         let direction =
             [N::Real::select(is_mirror, one, q[0] * inverse), N::Real::select(is_mirror, zero, q[1] * inverse)];
         let (spacing, sigma) = (1.0 / self.layout.period_um, self.layout.sigma_per_um);
-        // Order n·sign has the frequency n·per_order along q. It lies in [ν_min·ρ − REACH·σ, ν_max·ρ + REACH·σ].
+        // Order n·sign has the frequency n·per_order along q. It lies in [ν_min·ρ − GAUSSIAN_REACH·σ, ν_max·ρ + GAUSSIAN_REACH·σ].
         let per_order = (direction[0].abs() * real(spacing)).max(real(DIVISOR_MIN));
-        let reach = real(REACH * sigma);
+        let reach = real(GAUSSIAN_REACH * sigma);
         let most = real(f64::from(self.tables.orders));
         let low = (length * real(NU_MIDDLE - NU_HALF) - reach) / per_order;
         let high = (length * real(NU_MIDDLE + NU_HALF) + reach) / per_order;
@@ -215,12 +215,12 @@ impl<N: Numbers> GratingColourLobe<N> {
         }
     }
 
-    /// `W(ν_m, τ)` for the three channels; 0 where the visible range is more than `REACH·τ` away.
+    /// `W(ν_m, τ)` for the three channels; 0 where the visible range is more than `GAUSSIAN_REACH·τ` away.
     #[inline(always)]
     fn spectral_weights(&self, nu_m: N::Real, tau: N::Real, active: N::Mask) -> [N::Real; 3] {
         let real = N::Real::lit;
-        // −1 and 1 where ν_m lies REACH·τ below and above the visible range.
-        let centre = (nu_m - real(NU_MIDDLE)) / tau.fma(real(REACH), real(NU_HALF));
+        // −1 and 1 where ν_m lies GAUSSIAN_REACH·τ below and above the visible range.
+        let centre = (nu_m - real(NU_MIDDLE)) / tau.fma(real(GAUSSIAN_REACH), real(NU_HALF));
         // Coordinate of the table, whose entries are W/width.
         let width = tau / (tau + real(TAU_SCALE));
         let reaches = active & centre.abs().lt(real(1.0));

@@ -14,10 +14,9 @@
 //! constants of both.
 
 use super::layout::{Below, InterfaceCells};
-use super::lobe::REACH;
 use super::surface::GratingSurface;
 use crate::colour::WavelengthWeights;
-use crate::numeric::math::{lerp, normal_quantile};
+use crate::numeric::math::{GAUSSIAN_REACH, lerp, normal_quantile};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
 use crate::sampling::BELOW_ONE;
 use crate::scattering::TransparentBody;
@@ -38,9 +37,6 @@ pub(crate) const TAU_SCALE: f64 = 0.25;
 pub(crate) const WEIGHT_NODES: [u32; 2] = [96, 256];
 /// Nodes of the table of order 0 along each axis.
 pub(crate) const ORDER_ZERO_NODES: u32 = 48;
-/// Step in nm of the integral over wavelengths in the colour of order 0. Larger steps miss narrow anomalies; smaller
-/// ones take longer.
-const ORDER_ZERO_STEP_NM: usize = 4;
 /// Smallest coordinate of a table's nodes for which an entry is computed. The node at 0 gets the entry at this
 /// coordinate, near the limit. Likewise, the last node of width gets the entry at this distance from 1.
 const COORDINATE_MIN: f64 = 1e-3;
@@ -107,7 +103,7 @@ impl ColourTables {
     }
 
     /// Entry of the table of spectral weights ([`spectral_weight_table`]) for red, green and blue. `width` is
-    /// `τ/(τ + TAU_SCALE)`. `centre` is 0 and 1 where ν_m lies `REACH·τ` below and above the range of ν.
+    /// `τ/(τ + TAU_SCALE)`. `centre` is 0 and 1 where ν_m lies `GAUSSIAN_REACH·τ` below and above the range of ν.
     #[inline(always)]
     pub(super) fn spectral_weights<N: Numbers>(
         &self,
@@ -302,7 +298,7 @@ fn spectral_weight_table() -> Vec<f32> {
             (0..WEIGHT_NODES[1]).flat_map(move |column| {
                 // From −1 to 1, where the coordinate of look-ups is from 0 to 1.
                 let from_middle = 2.0 * f64::from(column) / f64::from(WEIGHT_NODES[1] - 1) - 1.0;
-                let nu_m = NU_MIDDLE + from_middle * (NU_HALF + REACH * tau);
+                let nu_m = NU_MIDDLE + from_middle * (NU_HALF + GAUSSIAN_REACH * tau);
                 let mut sum = [0.0; 3];
                 for (nu, weight) in wavelengths {
                     let offset = (nu - nu_m) / tau;
@@ -339,7 +335,7 @@ fn order_zero_table(grating: &GratingSurface, kind: OrderZero) -> Vec<f32> {
                 _ => 1.0,
             };
             let (mut sum, mut total) = ([0.0; 3], [0.0; 3]);
-            for (i, weight) in WavelengthWeights::per_nm().iter().enumerate().step_by(ORDER_ZERO_STEP_NM) {
+            for (i, weight) in WavelengthWeights::per_nm().iter().enumerate() {
                 let nm = WAVELENGTH_MIN_NM + i as f64;
                 let efficiency = grating.efficiency_between(nm, [x, y], 0, sides) / flat;
                 for c in 0..3 {

@@ -4,11 +4,11 @@
 //! e_m is the efficiency of order m, and K its Gaussian of standard deviation σ about the frequency `f_m = (m/d, 0)`. f
 //! is the frequency of the pair of directions. The incident wave has the wave number `a` along x, in units of 2π over
 //! the period d. Order m has `a + m`, and propagates where its magnitude is below t (in a medium: tm). Gaussians end at
-//! `REACH` standard deviations.
+//! `GAUSSIAN_REACH` standard deviations.
 
 use super::GratingError;
-use super::lobe::REACH;
 use super::rigorous_solver::{DOUBLINGS, medium_at};
+use crate::numeric::math::GAUSSIAN_REACH;
 use crate::scattering::{ComplexIndex, Pair, SpectralIndex, TransparentBody, Vec3};
 use crate::table::CoherenceWindow;
 use std::f64::consts::TAU;
@@ -66,7 +66,7 @@ impl ExactGrating {
         // σ and f.x in units of 1/d, in which order m has the frequency m; f.y in units of σ.
         let sigma = period_um * self.sigma_per_um;
         let (frequency_x, offset_y) = (pair.u * periods, pair.v * periods / sigma);
-        if offset_y.abs() >= REACH {
+        if offset_y.abs() >= GAUSSIAN_REACH {
             return Ok(0.0);
         }
         // Cosine along the grooves, −ky/k, common to the incident wave and the order once both directions are moved.
@@ -74,7 +74,7 @@ impl ExactGrating {
         let t = periods * ((1.0 - y) * (1.0 + y)).sqrt();
         check_size(&self.profile, &medium_at(self.index.as_ref(), wavelength_nm)?, wavelength_nm, y.abs())?;
         let mut sum = 0.0;
-        let (first, last) = (frequency_x - REACH * sigma, frequency_x + REACH * sigma);
+        let (first, last) = (frequency_x - GAUSSIAN_REACH * sigma, frequency_x + GAUSSIAN_REACH * sigma);
         for m in first.ceil() as i32..=last.floor() as i32 {
             // Both directions are moved by half of the distance to order m, so that the order leaves exactly. The wave
             // numbers of incident and outgoing wave, a and a + m, then have the sum (wo.x − wi.x)·d/λ.
@@ -108,7 +108,7 @@ impl ExactGrating {
         let period_um = self.profile.period_um();
         let (periods, sigma) = (1e3 * period_um / nm, period_um * self.sigma_per_um);
         let (frequency_x, offset_y) = ((ki[0] + ko[0]) * periods, (ki[1] + ko[1]) * periods / sigma);
-        if offset_y.abs() >= REACH {
+        if offset_y.abs() >= GAUSSIAN_REACH {
             return Ok(0.0);
         }
         // −ky/k, as in `eval`.
@@ -120,7 +120,7 @@ impl ExactGrating {
         // counts at least as many propagating waves.
         check_size(&self.profile, &medium_at(self.index.as_ref(), nm)?, nm, y.abs().min(1.0))?;
         let mut sum = 0.0;
-        let (first, last) = (frequency_x - REACH * sigma, frequency_x + REACH * sigma);
+        let (first, last) = (frequency_x - GAUSSIAN_REACH * sigma, frequency_x + GAUSSIAN_REACH * sigma);
         for m in first.ceil() as i32..=last.floor() as i32 {
             // Both directions are moved, as in `eval`.
             let a = 0.5 * ((ko[0] - ki[0]) * periods - f64::from(m));

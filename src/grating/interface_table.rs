@@ -125,10 +125,10 @@ impl InterfacePlan {
         self.cells.iter().map(|(cell, _)| cell.extra).collect()
     }
 
-    /// Cost of a table's build on two cores. `seconds` has the time on one core for the solution at one node and
-    /// wavelength, in a cell of the air and in one of the medium. `pair_bytes` is the size of the values of a pair of
+    /// Cost of a table's build on two cores. `seconds` is the time on one core for the solution at one node and
+    /// wavelength. `pair_bytes` is the size of the values of a pair of
     /// channels in one cell at one wavelength.
-    pub(super) fn estimate(&self, seconds: [f64; 2], pair_bytes: f64) -> Estimate {
+    pub(super) fn estimate(&self, seconds: f64, pair_bytes: f64) -> Estimate {
         // Sum over cells and wavelengths.
         let sum = |of_cell: &dyn Fn(InterfaceCell) -> f64| -> f64 {
             self.cells.iter().map(|&(cell, wavelengths)| of_cell(cell) * wavelengths as f64).sum()
@@ -138,7 +138,7 @@ impl InterfacePlan {
         let cores = 2.0;
         Estimate {
             bytes: pair_bytes * sum(&|cell| (cell.channels() as f64).powi(2)),
-            seconds: solved_nodes / cores * sum(&|cell| seconds[usize::from(!cell.in_air)]),
+            seconds: solved_nodes / cores * seconds * sum(&|_| 1.0),
         }
     }
 }

@@ -27,15 +27,11 @@ use super::efficiencies::EfficiencyView;
 use super::layout::EfficiencyLayout;
 use super::polarisation::JonesView;
 use crate::lobe::{PerWavelength, Sides, UNIFORM_FRACTION};
-use crate::numeric::math::normal_quantile;
+use crate::numeric::math::{GAUSSIAN_REACH, normal_quantile};
 use crate::numeric::{Index, Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
 use std::array;
 use std::f64::consts::{LOG2_E, TAU};
-
-/// Distance in standard deviations at which an order's Gaussian is cut off, where `exp(−REACH²/2)` is 4e-6. Larger
-/// values evaluate more orders; smaller ones lose more of the light.
-pub(crate) const REACH: f64 = 5.0;
 
 /// Parameters of the lobe, without the table data: layout of the table, period and order width.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -280,10 +276,10 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let frequency_x = (in_x + out_x) * periods;
         // Distance from the orders along y in standard deviations, equal for all of them.
         let offset_y = N::narrow((in_y + out_y) * periods) * real(inverse_sigma);
-        let reach = double(REACH / inverse_sigma);
+        let reach = double(GAUSSIAN_REACH / inverse_sigma);
         let first = (frequency_x - reach).ceil();
         let last = (frequency_x + reach).floor();
-        let active = active & offset_y.abs().lt(real(REACH));
+        let active = active & offset_y.abs().lt(real(GAUSSIAN_REACH));
         let (_, sums) = N::while_loop(
             c"orders",
             (first, [real(0.0); R]),

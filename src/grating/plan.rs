@@ -29,21 +29,15 @@ const ENTRY_BYTES: f64 = 2.0;
 const TERMS_TOLERANCE: f64 = 6e-3;
 /// Number of cells from which [`TERMS_TOLERANCE`] applies unscaled: that of a period of 2.3 µm.
 const FULL_CELLS: f64 = 14.0;
-/// Accepted RMS error of an efficiency halfway between two wavelengths: about a quarter of [`TERMS_TOLERANCE`], so that
-/// it adds little. Smaller values need more wavelengths.
-const WAVELENGTH_TOLERANCE: f64 = 1.6e-3;
+/// Accepted RMS error of an efficiency halfway between two wavelengths: a quarter of [`TERMS_TOLERANCE`], so that it
+/// adds little.
+const WAVELENGTH_TOLERANCE: f64 = 0.25 * TERMS_TOLERANCE;
 
 // The following times serve estimates of a build alone. A slower machine takes longer than estimated.
 
-/// Seconds on one core for the matrices of the air at one point, over the squared number of nodes on the profile;
-/// measured.
-const AIR_SECONDS: f64 = 1e-6;
-/// Seconds on one core for the lattice sums of the air at one point and wavelength where no order propagates in it,
-/// over the squared number of nodes; measured. Those of the medium are shared by all wavelengths.
-const EVANESCENT_AIR_SECONDS: f64 = 6e-7;
-/// Seconds on one core for the lattice sums of a dielectric at one point and wavelength, over the squared number of
-/// nodes; measured. A metal's are tabulated.
-const LATTICE_SECONDS: f64 = 1.5e-6;
+/// Seconds on one core for the lattice sums of a medium at one point and wavelength, over the squared number of nodes on
+/// the profile. Measured: 1e-6 for air, 6e-7 where no order propagates in it, and 1.5e-6 for dielectrics.
+const LATTICE_SECONDS: f64 = 1e-6;
 /// Seconds on one core for the solution at one point and wavelength, over the cubed number of nodes on the profile;
 /// measured.
 const SOLUTION_SECONDS: f64 = 1.2e-9;
@@ -98,12 +92,10 @@ pub(super) fn create_meshes(
     let cost = match body {
         GratingBody::Interface(eta) => {
             let nodes = resolution.nodes as f64;
-            let solution = SOLUTION_SECONDS * nodes.powi(3);
             // Each wavelength has lattice sums of the medium in cells of the air, and those of the air in cells of the
             // medium.
-            let [in_air, in_medium] =
-                [LATTICE_SECONDS, EVANESCENT_AIR_SECONDS].map(|lattice| lattice * nodes * nodes + solution);
-            InterfacePlan::new(basis.period_um, eta).estimate([in_air, in_medium], basis.pair_bytes)
+            let seconds = LATTICE_SECONDS * nodes * nodes + SOLUTION_SECONDS * nodes.powi(3);
+            InterfacePlan::new(basis.period_um, eta).estimate(seconds, basis.pair_bytes)
         }
         GratingBody::Reflector(_) | GratingBody::Film(_) => estimate(basis, resolution.nodes, body),
     };
@@ -152,13 +144,14 @@ pub(super) fn choose_resolution(basis: CostBasis, spacing: Option<Spacing>) -> T
 fn estimate(basis: CostBasis, nodes: usize, body: GratingBody<'_>) -> Estimate {
     let cells = cell_count(basis.period_um);
     let is_perfect = matches!(body, GratingBody::Reflector(None));
+    // A metal's lattice sums are tabulated.
     let (step_nm, lattice) = if body.is_dielectric() { (STEPS_NM[0], LATTICE_SECONDS) } else { (STEPS_NM[2], 0.0) };
     let (wavelengths_nm, _) = table_wavelengths(basis.period_um, Some(step_nm));
     let (wavelengths, nodes_per_side) =
         if is_perfect { (1.0, STORED_MAX) } else { (wavelengths_nm.len() as f64, STORED) };
     let nodes = nodes as f64;
     let solution_seconds = lattice * nodes * nodes + SOLUTION_SECONDS * nodes.powi(3);
-    let point_seconds = AIR_SECONDS * nodes * nodes + wavelengths * solution_seconds;
+    let point_seconds = LATTICE_SECONDS * nodes * nodes + wavelengths * solution_seconds;
     let table_nodes = (nodes_per_side as f64).powi(2);
     Estimate {
         bytes: ENTRY_BYTES * table_nodes * entries(cells, wavelengths) * f64::from(basis.sides).powi(2),

@@ -26,8 +26,6 @@ const TABLE_DONE: f64 = 0.8;
 /// First and last wavelength in nm at which the index may become the reference. Chosen as the range in which light is
 /// clearly visible.
 const REFERENCE_NM: (u32, u32) = (400, 700);
-/// Step between these wavelengths in nm. Chosen: refractive indices vary little over it.
-const REFERENCE_STEP_NM: usize = 10;
 
 /// A diffracting surface in linear sRGB, from tables.
 ///
@@ -340,7 +338,6 @@ fn reference_index(index: &SpectralIndex) -> ComplexIndex {
     let at_normal = |index: &ComplexIndex| fresnel_unpolarised(1.0, *index);
     let first = index.at(f64::from(REFERENCE_NM.0));
     (REFERENCE_NM.0..=REFERENCE_NM.1)
-        .step_by(REFERENCE_STEP_NM)
         .map(|nm| index.at(f64::from(nm)))
         .fold(first, |best, index| if at_normal(&index) > at_normal(&best) { index } else { best })
 }

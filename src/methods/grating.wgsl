@@ -32,7 +32,7 @@ const NU_HALF: f32 = 0.78647923;
 // Scale in 1/µm of the coordinate τ/(τ + TAU_SCALE) of the table of W; unrelated to TAU.
 const TAU_SCALE: f32 = 0.25;
 // Distance in standard deviations beyond which a Gaussian is neglected: 4e-6 of its peak.
-const REACH: f32 = 5.0;
+const GAUSSIAN_REACH: f32 = 5.0;
 // Efficiency that one unit of a stored 16-bit integer represents, 1/40000. The largest integer represents 1.64.
 const UNIT: f32 = 2.5e-5;
 // log₂(e), which turns exp into exp2.
@@ -175,10 +175,10 @@ fn interpolated_colour(begin: u32, counts: vec2<u32>, coordinates: vec2<f32>) ->
     );
 }
 
-// W(ν_m, τ) of red, green and blue; 0 where the visible range is more than REACH·τ away.
+// W(ν_m, τ) of red, green and blue; 0 where the visible range is more than GAUSSIAN_REACH·τ away.
 fn spectral_weights(nu_m: f32, tau: f32) -> vec3<f32> {
-    // -1 and 1 where ν_m lies REACH·τ below and above the visible range.
-    let centre = (nu_m - NU_MIDDLE) / (tau * REACH + NU_HALF);
+    // -1 and 1 where ν_m lies GAUSSIAN_REACH·τ below and above the visible range.
+    let centre = (nu_m - NU_MIDDLE) / (tau * GAUSSIAN_REACH + NU_HALF);
     if abs(centre) >= 1.0 {
         return vec3<f32>(0.0);
     }
@@ -219,7 +219,7 @@ fn line_of(q: vec2<f32>) -> Line {
     let sign = select(1.0, -1.0, direction.x < 0.0);
     // Order n·sign has the frequency n·per_order along q.
     let per_order = max(abs(direction.x) * grating.spacing_per_um, GRATING_DIVISOR_MIN);
-    let reach = REACH * grating.sigma_per_um;
+    let reach = GAUSSIAN_REACH * grating.sigma_per_um;
     let low = (length * (NU_MIDDLE - NU_HALF) - reach) / per_order;
     let high = (length * (NU_MIDDLE + NU_HALF) + reach) / per_order;
     // Orders beyond ±`most` never propagate. Where the range has no other orders, first exceeds last.

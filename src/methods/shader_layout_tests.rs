@@ -228,14 +228,15 @@ fn constants_of_rust_and_wgsl_agree() {
     ];
     #[cfg(feature = "rigorous")]
     {
-        use crate::grating::{self, NU_HALF, NU_MIDDLE, ORDER_ZERO_NODES, REACH, TAU_SCALE, UNIT, WEIGHT_NODES};
+        use crate::grating::{self, NU_HALF, NU_MIDDLE, ORDER_ZERO_NODES, TAU_SCALE, UNIT, WEIGHT_NODES};
+        use crate::numeric::math::GAUSSIAN_REACH;
         // Rounds to the precision of WGSL.
         let single = |value: f64| f64::from(value as f32);
         expected.extend([
             ("NU_MIDDLE", single(NU_MIDDLE)),
             ("NU_HALF", single(NU_HALF)),
             ("TAU_SCALE", TAU_SCALE),
-            ("REACH", REACH),
+            ("GAUSSIAN_REACH", GAUSSIAN_REACH),
             ("UNIT", single(UNIT)),
             ("LOG2_E", std::f32::consts::LOG2_E.into()),
             ("WEIGHT_NODES_TAU", WEIGHT_NODES[0].into()),

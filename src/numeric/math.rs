@@ -6,6 +6,10 @@ use wide::f64x4;
 
 /// Largest number of single precision below one, `1 − 2⁻²⁴`; keeps random numbers within [0, 1).
 pub(crate) const BELOW_ONE: f64 = 1.0 - f32::EPSILON as f64 / 2.0;
+/// Distance from its centre, in standard deviations, at which a Gaussian is cut off. Its density is then 4e-6 of its
+/// peak, and 6e-7 of it lies beyond. Larger values evaluate more orders and nodes; with 2, sample weights at the
+/// horizon reach 8000.
+pub(crate) const GAUSSIAN_REACH: f64 = 5.0;
 /// Upper bound of |[`normal_quantile`]| in standard deviations: 5.42, its value for `u` near 1, with room for rounding.
 pub(crate) const NORMAL_QUANTILE_MAX: f64 = 5.45;
 

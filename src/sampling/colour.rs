@@ -36,18 +36,15 @@ const WAVELENGTH_UM: f64 = 0.53;
 /// Largest number of nodes from the middle of an axis to its end. Chosen: the table has (2·468 + 1)² nodes of 9 bytes
 /// (summed_area), 8 MB. More nodes resolve narrower orders.
 const HALF_NODES_MAX: usize = 468;
-/// Smallest number of nodes from the middle of an axis to its end. Chosen; only coherence lengths below 2 µm reach it.
-const HALF_NODES_MIN: usize = 8;
 /// Largest number of quadrature points of a node along an axis. Several are used where nodes are further apart than
 /// orders are wide. Chosen: more points miss fewer orders but lengthen the build.
 const POINTS_MAX: usize = 4;
+/// Largest w at which colours are read, as a fraction of the largest possible one, `√(4 − u² − v²)`, which is that of
+/// backscattering, `wi = wo`. Quadrature points beyond it are read at it. With 1, the largest sample weight of the
+/// preset `cd` at 60° is twice as large.
+const W_FRACTION_MAX: f64 = 0.97;
 /// Quadrature points of a slice of w, as fractions of its width: the midpoint rule with two points.
 const SLICE_POINTS: [f64; 2] = [0.25, 0.75];
-/// Outgoing cosine of the typical w of an incidence, at which slices are mixed. Chosen; affects the variance only.
-const TYPICAL_COSINE: f64 = 0.6;
-/// Largest w at which colours are read, as a fraction of the largest possible one, `√(4 − u² − v²)`, which is that of
-/// backscattering, `wi = wo`. Quadrature points beyond it are read at it. Chosen; affects the variance of samples only.
-const W_FRACTION_MAX: f64 = 0.97;
 
 /// Layout of a colour sampler's table data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -93,7 +90,7 @@ impl ColourSampler {
         // A tent of half-width s has the variance s²/6, here that of an order in direction cosines.
         let wanted_spacing = 6f64.sqrt() * order_sigma_per_um * WAVELENGTH_UM;
         // Nodes extend over u and v from −2 to 2.
-        let half = ((2.0 / wanted_spacing).ceil() as usize).clamp(HALF_NODES_MIN, HALF_NODES_MAX);
+        let half = ((2.0 / wanted_spacing).ceil() as usize).clamp(1, HALF_NODES_MAX);
         let (nodes, spacing) = (2 * half + 1, 2.0 / half as f64);
         let points = ((spacing / wanted_spacing).ceil() as usize).clamp(1, POINTS_MAX);
         // u or v of a quadrature point of a node: midpoints of `points` parts of the spacing about the node.
@@ -207,8 +204,7 @@ impl<N: Numbers> ColourSamplerView<N> {
     fn mass_per_count(&self, passage: &Passage<N>) -> [N::Real; BANDS] {
         let lit = N::Real::lit;
         // Position of w in slices, counted from the centre of the first; w extends from 0 to 2.
-        // A body has a typical w of its own ([`Passage::typical_normal`]).
-        let typical_w = passage.typical_normal.unwrap_or_else(|| passage.normal + lit(TYPICAL_COSINE));
+        let typical_w = passage.typical_normal;
         let typical_w = self.size.map_or(typical_w, |size| typical_w * size.depth);
         let position = (typical_w * lit(0.5 * BANDS as f64) - lit(0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));
         array::from_fn(|b| {

@@ -24,7 +24,7 @@
 //! wavelength for κ_j, and a factor by which orders are narrower than `sigma`.
 
 use super::node_power;
-use crate::numeric::math::{NORMAL_QUANTILE_MAX, bf16_pair, normal_quantile};
+use crate::numeric::math::{GAUSSIAN_REACH, NORMAL_QUANTILE_MAX, bf16_pair, normal_quantile};
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::{Obliquity, Passage, Reading};
 use crate::table::{LatticeAxis, NodeCurve, SpectralTable};
@@ -32,17 +32,13 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
 
 /// Smallest number of intervals in κ. Between it and [`INTERVALS_MAX`] the number is that of the spectral table's knot
-/// intervals. Chosen; it affects the variance of samples only.
+/// intervals. Chosen: without it, the standard deviation of sample weights of the preset `lamellar` rises by 7 %.
 const INTERVALS_MIN: usize = 32;
 /// Largest number of intervals in κ. Chosen to bound the size of the table, to 512 bytes per order.
 const INTERVALS_MAX: usize = 128;
 /// Number of quadrature points (midpoints) per interval at which powers are averaged. Chosen; results hardly depend on
 /// it.
 const POINTS_PER_INTERVAL: usize = 8;
-/// Distance beyond the horizon up to which the centre of an order may lie, in standard deviations.
-///
-/// A tail of 3e-7 of the Gaussian lies beyond. With a distance of two standard deviations sample weights reach 8000.
-const HORIZON_REACH: f64 = 5.0;
 /// Squared width of the smooth step `V_j` across the horizon: the step's width in cos²θ, per standard deviation of the
 /// order in direction cosines.
 ///
@@ -91,7 +87,7 @@ impl OrdersAxis {
 
     /// Upper bound of the number of orders in the loop along this axis, at any incidence.
     pub(super) fn propagating(&self, wavelength_um: f64, reach: f64) -> f64 {
-        (2.0 * reach * self.period_um / wavelength_um + 2.0 * HORIZON_REACH * self.sigma + 1.0)
+        (2.0 * reach * self.period_um / wavelength_um + 2.0 * GAUSSIAN_REACH * self.sigma + 1.0)
             .min(f64::from(self.nodes))
     }
 }
@@ -280,7 +276,7 @@ impl<N: Numbers> OrdersView<N> {
     }
 
     /// Prepares the loop over the orders whose centres lie in the square of half side `reach` about the incident
-    /// tangential vector, widened by [`HORIZON_REACH`].
+    /// tangential vector, widened by [`GAUSSIAN_REACH`].
     #[inline(always)]
     fn incidence(&self, passage: &Passage<N>, reading: &Reading<N>) -> Incidence<N> {
         let lit = N::Real::lit;
@@ -288,10 +284,10 @@ impl<N: Numbers> OrdersView<N> {
         let wavenumber = lit(1e3) / reading.wavelength_nm;
         let wavelength_um = reading.wavelength_nm * lit(1e-3);
         // First index at or after the outgoing direction cosine ±reach (`side` is −1 or 1), moved outwards by
-        // HORIZON_REACH.
+        // GAUSSIAN_REACH.
         let edge = |i: usize, side: f64| {
             let axis = &self.layout.axes[i];
-            let offset = lit(f64::from(axis.origin) + side * HORIZON_REACH * axis.sigma);
+            let offset = lit(f64::from(axis.origin) + side * GAUSSIAN_REACH * axis.sigma);
             let position =
                 (passage.reach.fma(lit(side), passage.tangential[i]) * wavenumber).fma(lit(axis.period_um), offset);
             position.ceil().clip(lit(0.0), lit(f64::from(axis.nodes)))

@@ -49,20 +49,8 @@ const TENTS_FROM_SIGMA: f64 = 0.35;
 /// Largest number of nodes along an axis that a density reads: two to either side, for the widest Gaussian that is not
 /// approximated by tents.
 const TAPS_MAX: usize = 2 * ((NORMAL_QUANTILE_MAX * TENTS_FROM_SIGMA) as usize + 1);
-/// Typical outgoing cosine at grazing incidence; the typical outgoing cosine decides which bands of κ are mixed.
-///
-/// With [`TYPICAL_COS_SLOPE`], the typical cosine lies between that of the mirror direction and that of widely spread
-/// light. Both constants are chosen, and affect the variance of samples only.
-const TYPICAL_COS_GRAZING: f64 = 0.3;
-/// Increase of the typical outgoing cosine per unit of the incident cosine; see [`TYPICAL_COS_GRAZING`].
-const TYPICAL_COS_SLOPE: f64 = 0.5;
-/// Smallest number of quadrature points of the mean over a band of κ. Chosen; larger values lengthen the build of large
-/// tables.
-const POINTS_MIN: usize = 4;
-/// Largest number of quadrature points of the mean over a band of κ. Chosen to bound the build time, as is
-/// [`TABLE_POINTS_MAX`].
-const POINTS_MAX: usize = 64;
-/// Bound on the quadrature points of a whole table, all nodes and bands together. [`POINTS_MIN`] takes precedence.
+/// Bound on the quadrature points of a whole table, all nodes and bands together. Chosen to bound the build
+/// time.
 const TABLE_POINTS_MAX: usize = 20_000_000;
 
 /// One axis of the lattice of nodes, and the density of a sample's offset from its node along it.
@@ -143,9 +131,9 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> 
 fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f32; BANDS])> {
     let nodes = table.kept_nodes();
     let band_width = table.kappa_max() / BANDS as f64;
-    let points_max = (TABLE_POINTS_MAX / (BANDS * nodes.len().max(1))).clamp(POINTS_MIN, POINTS_MAX);
+    let points_max = (TABLE_POINTS_MAX / (BANDS * nodes.len().max(1))).max(1);
     // Two quadrature points per knot of the splines over κ, within the bounds.
-    let points = ((2.0 * band_width / table.kappa_step()).ceil() as usize).clamp(POINTS_MIN, points_max);
+    let points = ((2.0 * band_width / table.kappa_step()).ceil() as usize).clamp(1, points_max);
     let curves: Vec<(f64, NodeCurve)> = (0..BANDS * points)
         .map(|i| (i as f64 + 0.5) / points as f64 * band_width)
         .map(|kappa| (kappa / TAU, NodeCurve::new(table, kappa)))
@@ -307,12 +295,8 @@ impl<N: Numbers> SquareView<N> {
             (cosine * wavenumber).fma(lit(axis.period_um), lit(f64::from(axis.origin) + side * axis.reach))
         };
         let rectangle = self.areas().rectangle([0, 1].map(|i| edge(i, -1.0)), [0, 1].map(|i| edge(i, 1.0)));
-        // Reflection by a surface: w = cosθi + cosθo at the typical outgoing cosine, TYPICAL_COS_GRAZING +
-        // TYPICAL_COS_SLOPE·cosθi. A body that transmits gives its own w.
-        let estimated_w = || passage.normal.fma(lit(1.0 + TYPICAL_COS_SLOPE), lit(TYPICAL_COS_GRAZING));
-        let w = passage.typical_normal.unwrap_or_else(estimated_w);
         // The wavelength for κ differs from that for frequencies where heights are resized.
-        let kappa = w * lit(TAU * 1e3) / reading.for_kappa_nm();
+        let kappa = passage.typical_normal * lit(TAU * 1e3) / reading.for_kappa_nm();
         // Position in bands, counted from the centre of the first.
         let position = kappa.fma(lit(self.layout.bands_per_kappa), lit(-0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));
         let band = position.floor().min(lit(BANDS as f64 - 2.0));

@@ -5,10 +5,8 @@
 
 use super::summed_area::BANDS;
 use crate::numeric::Real;
+use crate::numeric::math::GAUSSIAN_REACH;
 use rayon::prelude::*;
-
-/// Distance in standard deviations up to which tents follow a Gaussian. Chosen; 7e-6 of the Gaussian lies beyond.
-const TENT_REACH: f64 = 4.5;
 
 /// Weights of tents at the nodes from −n to n whose sum `p` approximates the Gaussian `g` of standard deviation `sigma`
 /// in nodes. They sum to 1.
@@ -22,7 +20,7 @@ pub(super) fn tent_weights(sigma: f64) -> Vec<f32> {
     const ROUNDS: usize = 300;
     /// Weight below which an outer tent is dropped. Weights of the minimum are above 1e-8; others fall towards zero.
     const NEGLIGIBLE_WEIGHT: f64 = 1e-12;
-    let n = (TENT_REACH * sigma).ceil() as usize;
+    let n = (GAUSSIAN_REACH * sigma).ceil() as usize;
     // g² at the midpoints, up to a constant factor.
     let squares: Vec<f64> = (0..2 * n * STEPS)
         .map(|i| ((i as f64 + 0.5) / STEPS as f64 - n as f64) / sigma)

@@ -9,6 +9,13 @@ use crate::numeric::{Number, Numbers, Real};
 /// interpolated powers do not vanish at w = 0 as the true ones do. Larger values give orders of small |w| too few
 /// samples; smaller ones give them too many. Either only adds variance.
 const DIVISOR_MIN: f64 = 0.05;
+/// Typical outgoing cosine of a surface at grazing incidence.
+///
+/// With [`TYPICAL_COS_SLOPE`], the typical cosine lies between that of the mirror direction and that of widely spread
+/// light. Both constants are chosen, and affect the variance of samples only.
+const TYPICAL_COS_GRAZING: f64 = 0.3;
+/// Increase of the typical outgoing cosine per unit of the incident cosine; see [`TYPICAL_COS_GRAZING`].
+const TYPICAL_COS_SLOPE: f64 = 0.5;
 
 /// A reflection or transmission: an incident direction, and the side of the relief on which light leaves.
 ///
@@ -32,8 +39,8 @@ pub(crate) struct Passage<N: Numbers> {
     /// relief, else 1. S of a negative w is that of −w at the opposite frequency, so samplers then draw the opposite of
     /// wave vectors. They take this sign for all outgoing directions, though w of some may differ in transmission.
     pub turn: N::Real,
-    /// Typical |w|, at which samplers read S; `None` where they estimate it.
-    pub typical_normal: Option<N::Real>,
+    /// Typical |w|, at which samplers read S.
+    pub typical_normal: N::Real,
     /// Smallest |w| where the power of an order is divided by w²; `None` where it is not divided.
     pub divisor_min: Option<f64>,
 }
@@ -49,7 +56,7 @@ impl<N: Numbers> Passage<N> {
             outgoing_squared: one,
             reach: N::Real::lit(reach),
             turn: one,
-            typical_normal: None,
+            typical_normal: wi[2].fma(N::Real::lit(1.0 + TYPICAL_COS_SLOPE), N::Real::lit(TYPICAL_COS_GRAZING)),
             divisor_min: None,
         }
     }
@@ -72,7 +79,7 @@ impl<N: Numbers> Passage<N> {
             outgoing_squared: N::Real::select(to_below, one, lit(1.0 / (body.eta * body.eta))),
             reach: N::Real::select(to_below, lit(body.reach(true)), lit(body.reach(false))),
             turn,
-            typical_normal: Some(N::Real::select(is_reflected, reflected, refracted)),
+            typical_normal: N::Real::select(is_reflected, reflected, refracted),
             // Both in units of the wave number in the medium.
             divisor_min: Some(body.normal_min.max(DIVISOR_MIN / body.eta)),
         }

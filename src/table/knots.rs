@@ -4,7 +4,7 @@
 //! band-limited to H, in µm. Powers are products of two amplitudes, and band-limited to 2H. Knots are spaced uniformly.
 //! Their spacing is given in units of 1/bandwidth, in rad, and depends on the tolerance.
 
-use super::lattice::{Lattice, LatticeAxis};
+use super::lattice::{GAP_FRACTION, Lattice, LatticeAxis};
 use super::{FREQUENCY_MAX_PER_UM, HEADER, NodeQuantity};
 use std::f64::consts::TAU;
 
@@ -24,12 +24,10 @@ const KNOT_SPACING: f64 = 13.0;
 /// finer knots and single-precision coefficients.
 pub(super) const FEW_NODES: usize = 4096;
 
-/// Fraction of the tolerance that is left to the splines of a table whose nodes may have deep gaps, ranges of κ where
-/// the power nearly vanishes: a table of few nodes, or of a resampled lattice. The measured error is a percentile,
-/// which does not show errors within gaps. Larger values take fewer knots; smaller ones fill the gaps less.
-const GAP_FRACTION: f64 = 0.1;
-
 /// Relative error that the splines of a table may have, for a table of the relative error `tolerance`.
+///
+/// It is smaller where nodes may have deep gaps, ranges of κ where the power nearly vanishes: in a table of few nodes,
+/// or of a resampled lattice. The measured error is a percentile, which does not show errors within gaps.
 pub(super) fn spline_tolerance(lattice: &Lattice, tolerance: f64) -> f64 {
     let has_gaps = lattice.nodes() <= FEW_NODES || !lattice.is_native();
     if has_gaps { tolerance * GAP_FRACTION } else { tolerance }

@@ -130,15 +130,17 @@ impl Lattice {
 /// compensates for this.
 const PATCH_SUPPORT: f64 = 0.8;
 
-/// Factor on the interpolation's tolerance for the ensemble of an aperiodic scan. Its spectrum has gaps between its
-/// lobes, which errors of the lobes would fill. Amplitudes of a patch need no factor: their ratio of lobe to gap is the
-/// square root of that of powers. The factor adds one tap per axis; a smaller one would add more.
-const GAP_FACTOR: f64 = 0.125;
+/// Fraction of the tolerance for a table whose power has deep gaps, which errors elsewhere would fill: gaps between
+/// nodes here, gaps over κ in `knots.rs`. Larger values take fewer taps and knots; smaller ones fill the gaps less.
+pub(super) const GAP_FRACTION: f64 = 0.1;
 
 /// Tolerance of the interpolation between nodes, for a table of the relative error `tolerance`.
+///
+/// It is smaller for the ensemble of an aperiodic scan, whose spectrum has gaps between its lobes. Amplitudes of a
+/// patch have a smaller ratio of lobe to gap, the square root of that of powers.
 pub(super) fn interpolation_tolerance(model: Model, tiling: Tiling, tolerance: f64) -> f64 {
     let has_gaps = model == Model::Ensemble && tiling == Tiling::Aperiodic;
-    if has_gaps { GAP_FACTOR * tolerance } else { tolerance }
+    if has_gaps { GAP_FRACTION * tolerance } else { tolerance }
 }
 
 /// Grid in pixels along x and y on which the autocorrelation of `nx` by `ny` pixels does not wrap onto itself.

@@ -6,7 +6,7 @@
 //!
 //! - The *deficit* of a cell is the largest amount by which the value that `t` requires exceeds the table, linear
 //!   between nodes, at the cell's check points. It is never negative.
-//! - A relief is *deep* if its phase changes so much across a cell that `t` fluctuates there ([`DEEP_RIDGE_PHASE`]).
+//! - A relief is *deep* if its phase changes so much across a cell that `t` fluctuates there ([`DEEP_PHASE`]).
 
 use super::{Builder, Nodes};
 use crate::energy::grid::Grid;
@@ -14,18 +14,15 @@ use crate::table::Steps;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Largest change of cosθ along a cell's side, times the number of cells along the grid: `16/(3√3)`, rounded up. At the
-/// radius r, `cosθ = (1 − r²)²` is steepest at `r² = 1/3`, with the slope `8/(3√3)`. A cell's side is 2 over the number
-/// of cells.
-const CELL_COSINE: f64 = 3.08;
 /// Largest number of nodes beyond a cell's corners, along each axis, that are raised with the corners. The number is
 /// one for each half turn by which the *relief phase* changes across a cell: the phase between the relief's lowest and
 /// highest point, in proportion to cosθ ([`AlbedoIntegral::phase_max`]). Chosen: a larger limit darkens reliefs tens of
 /// µm deep.
 const DEEP_REACH_MAX: usize = 3;
-/// Change of the relief phase across a cell, in radians, from which a relief with ridges counts as deep. Other reliefs
-/// count as deep from half a turn, π. With π for all, an albedo of 1.037 remains on a rough relief 1.2 µm deep.
-const DEEP_RIDGE_PHASE: f64 = 2.0;
+/// Change of the relief phase across a cell, in radians, from which a relief with ridges or a transparent body counts as
+/// deep. Other reliefs count as deep from half a turn, π. With π for all, an albedo of 1.037 remains on a rough relief
+/// 1.2 µm deep.
+pub(in crate::energy) const DEEP_PHASE: f64 = 2.0;
 /// Check points within a cell of a deep relief, in place of its centre: fractions of the cell along x, y and group.
 /// Chosen half-way between its centre and four of its corners.
 const DEEP_CHECK_POINTS: [[f64; 3]; 4] =
@@ -44,9 +41,9 @@ impl<const K: usize> Builder<'_, K> {
         let grid = nodes.grid;
         let (cells, rows) = (grid.cells as usize, self.integrated_rows(grid));
         // Change of the relief phase across a cell, in radians, and the number of nodes raised beyond a corner.
-        let cell_phase = self.integral.phase_max() * CELL_COSINE / f64::from(grid.cells);
+        let cell_phase = self.integral.phase_max() * grid.cell_cosine();
         let reach = ((cell_phase / PI) as usize).min(DEEP_REACH_MAX);
-        let is_deep = reach > 0 || self.integral.has_ridges() && cell_phase > DEEP_RIDGE_PHASE;
+        let is_deep = reach > 0 || self.integral.has_ridges() && cell_phase > DEEP_PHASE;
         let deficits = self.deficits(nodes, b, is_deep, steps);
         // A node is raised by the largest deficit of the cells about it.
         let increase = if is_deep { DEEP_INCREASE } else { 1.0 };
@@ -115,7 +112,7 @@ impl<const K: usize> Builder<'_, K> {
             // Orders are not moved onto ridges, and the margin is not added: both are for nodes alone.
             let (ridge, is_node) = (None, false);
             let t = self.divisor(wi, group_at, &(self.group)(group_at), Some(b), ridge);
-            let needed = self.tabulated(t, is_node, wi, radius, grid);
+            let needed = self.tabulated(t, is_node, wi[2], grid);
             deficit = std::array::from_fn(|k| deficit[k].max((needed[k] - interpolated[k]) as f32));
         }
         deficit
