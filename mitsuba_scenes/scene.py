@@ -10,10 +10,11 @@ import numpy as np
 from .light import Light
 from .snake import SnakeFiles
 
-# Largest number of segments of a path: from the light to the skin, and from the skin to the camera. A third segment
+# Largest number of segments of a path: from the light to a surface, and from there to the camera. A third segment
 # would add the skin's caustics on the ground, which are faint and need thousands of samples a pixel.
 MAX_DEPTH = 2
-# Reflectance of the ground, linear sRGB: a dark, slightly reddish soil, so that the snake stands out.
+# Reflectance of the ground, linear sRGB: a dark, slightly reddish soil, so that the snake stands out. Twin of `SOIL` in
+# crates/realtime/src/view.rs.
 SOIL = (0.020, 0.0155, 0.012)
 
 
@@ -21,7 +22,8 @@ SOIL = (0.020, 0.0155, 0.012)
 class View:
     """Resolution in pixels, and the camera: its position `origin_cm`, and `target_cm` in the middle of the picture.
 
-    `fov_deg` is the horizontal field of view. +z is up in the picture. The defaults are for the snake.
+    `fov_deg` is the horizontal field of view. +z is up in the picture, so the camera must not look along z. The
+    defaults are for the snake.
     """
 
     width: int = 384
@@ -67,8 +69,8 @@ def snake_scene(
 def stage(objects: dict, emitters: dict, view: View, spp: int = 64, max_depth: int = MAX_DEPTH) -> dict:
     """A scene of `objects` on the ground z = 0 in the light of `emitters`.
 
-    Both map names to Mitsuba's dictionaries, and become entries of the scene's. The ground is a square with sides of
-    4 m around the origin, larger than the pictures show. `spp` and `max_depth` are as in `snake_scene`.
+    Both map names in the scene to Mitsuba's dictionaries. The ground is a square with sides of 4 m around the origin,
+    larger than the pictures show. `spp` and `max_depth` are as in `snake_scene`.
     """
     return {
         "type": "scene",
@@ -100,5 +102,8 @@ def raw_texture(values: np.ndarray, filter_type: str = "nearest") -> dict:
 
 
 def colour_texture(values: np.ndarray) -> dict:
-    """A Mitsuba texture of reflectances in linear sRGB, (rows, columns, 3); the first row is at v = 0."""
+    """A Mitsuba texture of reflectances in linear sRGB, of shape (rows, columns, 3), bilinear and repeated.
+
+    The first row is at v = 0, the first column at u = 0.
+    """
     return {"type": "bitmap", "bitmap": mi.Bitmap(np.ascontiguousarray(values, dtype=np.float32))}

@@ -1,12 +1,12 @@
 //! Fit of one ring: coefficients of a bicubic B-spline from samples of the colour F over direction and w.
 //!
-//! F(u, v, w) is the colour at the scattering vector wi + wo, whose w is along the normal ([module](super)). A ring has
-//! one radius in the plane of (u, v).
+//! F(u, v, w) is the colour at the scattering vector wi + wo, whose w is along the normal, from 0 to 2
+//! ([module](super)). A ring has one radius in the plane of (u, v), and its directions are uniformly spaced.
 //!
 //! Near the horizon, for w → 0, F falls as w² down to a constant from the tails of order zero. For a small relative
 //! error there, the spline represents the scaled colour `F·(w² + knee²)/(w² + zero²)`, which changes little with w.
-//! Above `knee` F no longer follows the square law; below `zero` the constant prevails. Both are values of w.
-//! Evaluators divide by the factor again (`lookup.rs`).
+//! `knee` and `zero` are values of w: above `knee` F no longer follows the square law, below `zero` the constant
+//! prevails. Evaluators divide by the factor again (`lookup.rs`).
 
 use super::rings::RingPlan;
 use crate::numeric::math::cubic_b_spline;
@@ -24,8 +24,8 @@ pub(super) struct FittedRing {
     pub coefficients: Vec<f32>,
 }
 
-/// Fits the samples `values` of F on a ring: `[direction][w][channel]`, over w at [`RingPlan::sampled_w`]. `knee` is
-/// that of the [module](self)'s formula.
+/// Fits the samples `values` of F on a ring: `[direction][w][channel]`, over w at [`RingPlan::sampled_w`]. `knee` > 0
+/// belongs to the [module](self)'s formula.
 pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRing {
     let w_count = ring.w_count();
     // A row has the values of one direction.
@@ -40,7 +40,7 @@ pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRin
             sample.iter_mut().for_each(|channel| *channel *= scale);
         }
     }
-    // Over w: a matrix product per direction.
+    // Splines over w, by a matrix product per direction.
     let inverse = collocation_inverse(ring);
     let mut coefficients = vec![0f32; row_len];
     for row in values.chunks_exact_mut(row_len) {
@@ -53,7 +53,7 @@ pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRin
         }
         row.copy_from_slice(&coefficients);
     }
-    // Around the ring.
+    // Splines around the ring, through the coefficients over w.
     prefilter_periodic(&mut values, row_len);
     FittedRing { knee_squared, zero_squared, coefficients: values }
 }
@@ -64,8 +64,8 @@ pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRin
 /// Up to the knee F is proportional to `w² + zero²`. Let w_0 be the first sample, and w_k the first at or beyond the
 /// knee, or else the last. For w_k much larger than `zero`, `zero² ≈ w_k²·F(w_0)/F(w_k) − w_0²`.
 ///
-/// Near the knee F falls short of the square law by a factor of up to 3. The formula would then give up to 2·w_0² where
-/// zero² is 0. So 3·w_0² is subtracted in place of w_0².
+/// Near the knee F falls short of the square law: a sinusoid's first order by a factor of 3 at twice the knee. The
+/// formula would then give 2·w_0² where zero² is 0. So 3·w_0² is subtracted in place of w_0².
 fn estimate_zero_squared(values: &[f32], sampled_w: &[f64], knee: f64) -> f64 {
     let w_count = sampled_w.len();
     // Sum of |F| over directions and channels at one sample over w.
@@ -100,7 +100,7 @@ fn collocation_inverse(ring: &RingPlan) -> Vec<f32> {
 /// `p[i] = s[i] + z·p[i − 1]`, then `q[i] = z·(q[i + 1] − p[i])`. The coefficients are 6·q (`table/spline.rs`).
 fn prefilter_periodic(values: &mut [f32], row_len: usize) {
     /// Rows after which a filter has forgotten its start: |pole|²⁴ ≈ 2e-14 is below the rounding of single precision.
-    /// So is |pole|¹⁶ ≈ 7e-10, on the shortest rings of 16 directions.
+    /// So is |pole|¹⁶ ≈ 7e-10, on rings of `DIRECTIONS_MIN` = 16 directions.
     const WARM_UP: usize = 24;
     let pole = POLE as f32;
     let n = values.len() / row_len;

@@ -1,12 +1,13 @@
 // PQ: a finite number of repeats of the tile, P along x and Q along y; counterpart of pq.rs, which derives the
 // formulas.
 //
-// rgb = Σ_i S(q, λ_i)/λ_i² · weight_i over wavelengths in equal steps (colours.wgsl), with the power spectrum in µm²
+// rgb = Σ_i S(q, λ_i)/λ_i² · weight_i at the scattering vector q = wi + wo, over wavelengths in equal steps
+// (colours.wgsl). The power spectrum in µm² is
 //     S = peak_um2·|c_j|²·D_P(d.x)²·D_Q(d.y)².
-// Here (d.x, d.y) is the distance in orders from the nearest order j to q's position among the orders. c_j is the
-// amplitude of order j (orders.wgsl), peak_um2 the S of an order with |c_j| = 1, and D_P(d) = sin(πPd)/(P·sin(πd)).
+// Here d is the distance in orders from the nearest order j to q's position among the orders. c_j is the amplitude of
+// order j (orders.wgsl), peak_um2 the S of an order with |c_j| = 1 at d = 0, and D_P(d) = sin(πPd)/(P·sin(πd)).
 
-// Value of πPd below which D_P is computed by its Taylor series, to avoid 0/0. The first term left out is under 1e-9
+// Value of |πPd| below which D_P is computed by its Taylor series, to avoid 0/0. The first term left out is under 1e-9
 // there. A test compares the value with that in Rust.
 const SERIES_ARGUMENT_MAX: f32 = 0.01;
 
@@ -14,7 +15,7 @@ const SERIES_ARGUMENT_MAX: f32 = 0.01;
 struct Pq {
     // Lattice of the tile's diffraction orders.
     grid: OrderGrid,
-    // P and Q, whole numbers.
+    // P and Q, whole numbers of at least 1.
     repeats: vec2<f32>,
     // Number of entries of `colours` (colours.wgsl).
     wavelengths: u32,
@@ -41,7 +42,7 @@ fn pq_density(q: vec3<f32>, wavelength_um: f32) -> f32 {
     if any(abs(nearest) > vec2<f32>(pq.grid.reach)) {
         return 0.0;
     }
-    // Weights that order_amplitude reads.
+    // Sets the weights of the series' terms, which order_amplitude reads.
     set_term_weights(pq.grid, q.z, wavelength_um);
     let c = order_amplitude(pq.grid, vec2<i32>(nearest));
     let distance = position - nearest;
@@ -49,8 +50,8 @@ fn pq_density(q: vec3<f32>, wavelength_um: f32) -> f32 {
     return pq.grid.peak_um2 * dot(c, c) * kernel * kernel;
 }
 
-// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr: all of it but Fresnel factor, obliquity
-// and shadowing. Zero unless q can be the sum of two unit vectors above the surface (is_query).
+// The relief's factor of the reflectance, linear sRGB in 1/sr: without Fresnel factor, obliquity and shadowing. Zero
+// unless q can be the sum of two unit vectors above the surface (is_query).
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) {
         return vec3<f32>();

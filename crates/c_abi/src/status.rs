@@ -68,6 +68,7 @@ impl CallError {
         match self {
             Self::Null { .. } | Self::Misaligned { .. } => Status::BadPointer,
             Self::Overlap { .. } | Self::Size { .. } | Self::Items { .. } => Status::BadValue,
+            // The only string argument is the configuration. `Method` does not occur, since no call builds a method.
             Self::NotText { .. }
             | Self::Build(BuildError::Config(_) | BuildError::Cache(_) | BuildError::Method(_)) => Status::BadConfig,
             Self::Build(BuildError::HeightField(_)) => Status::BadHeightField,
@@ -79,7 +80,7 @@ impl CallError {
 }
 
 thread_local! {
-    /// Message of the last failed call of the thread.
+    /// Message of the last failed call of the thread; empty before the first.
     static MESSAGE: RefCell<CString> = RefCell::default();
 }
 
@@ -89,7 +90,7 @@ pub(super) fn call(body: impl FnOnce() -> Result<(), CallError>) -> Status {
     let Err(error) = guard(body) else { return Status::Ok };
     let mut text = error.to_string().into_bytes();
     text.retain(|byte| *byte != 0);
-    // Messages of panics may have several lines.
+    // Messages are one line each, but a panic's text may have several.
     text.iter_mut().filter(|byte| **byte == b'\n').for_each(|byte| *byte = b' ');
     // Without NULs, `CString::new` succeeds.
     let text = CString::new(text).unwrap_or_default();

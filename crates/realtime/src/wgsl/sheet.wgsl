@@ -4,12 +4,13 @@
 // or to another surface is approximated: the film is a flat *sheet*, which weakens the light but does not deflect it.
 // The approximation is good for weak reliefs, which deflect little light.
 
-// Smallest cosine, about its rounding error in single precision. At 0, `sums` would be 0 for eta = 1.
+// Lower bound of a cosine, about the rounding error of a cosine in single precision. A cosine of 0 would give 0/0 for
+// eta = 1.
 const SHEET_COSINE_MIN: f32 = 1e-7;
 
 // Transmittance in [0, 1] of a flat film of index eta ≥ 1 for unpolarised light, without reflections inside the film.
-// `cosine` in [0, 1] is that of the angle with the normal in air. Counterpart of `TransparentBody::transmittance` in
-// src/scattering/transparent.rs.
+// `cosine` in [0, 1] belongs to the angle in air between light and normal. Counterpart of
+// `TransparentBody::transmittance` in src/scattering/transparent.rs.
 fn sheet_transmittance(eta: f32, cosine: f32) -> f32 {
     let c = max(cosine, SHEET_COSINE_MIN);
     // Permittivity of the film.
@@ -24,9 +25,10 @@ fn sheet_transmittance(eta: f32, cosine: f32) -> f32 {
     return 0.5 * dot(one_side, one_side);
 }
 
-// Fraction of light that passes all triangles of the mesh, which is a film, within the distance `farthest` in cm along
-// a ray of unit direction. The caller has moved the origin off its own surface. The traversal is that of `trace`, but
-// it visits every triangle on the ray. A ray through a common edge, which is rare, is weakened by both triangles.
+// Fraction of light that passes the mesh along a ray of unit direction, within the distance `farthest` in cm. The mesh
+// is a film, with the index `frame.film_eta`. The caller has moved the origin off its own surface. The traversal is
+// that of `trace`, but it visits every triangle on the ray. A ray through a common edge, which is rare, is weakened by
+// both triangles.
 fn sheet_passed(origin: vec3<f32>, direction: vec3<f32>, farthest: f32) -> f32 {
     let inverse = trace_inverse(direction);
     let count = arrayLength(&nodes);
@@ -40,7 +42,7 @@ fn sheet_passed(origin: vec3<f32>, direction: vec3<f32>, farthest: f32) -> f32 {
                 let v0 = mesh_vertex(hit.triangle, 0u);
                 let v1 = mesh_vertex(hit.triangle, 1u);
                 let v2 = mesh_vertex(hit.triangle, 2u);
-                // The normal at the hit, by its barycentric coordinates.
+                // The normal interpolated between the corners; its side does not matter.
                 let normal = v0.normal * (1.0 - hit.b.x - hit.b.y) + v1.normal * hit.b.x + v2.normal * hit.b.y;
                 passed *= sheet_transmittance(frame.film_eta, abs(dot(normalize(normal), direction)));
             }

@@ -2,8 +2,11 @@
 //!
 //! - `json` is the page's settings as a JSON object ([`Settings`]). Settings are returned as JSON with all fields.
 //! - Errors are JavaScript `Error`s with a `kind` ([`thrown`]).
-//! - `right` and `down` are the lengths of a drag in CSS pixels, the points of [`DEGREES_PER_POINT`]. They are negative
-//!   to the left and upwards. Those of the camera are `f32`, the type that [`Orbit`] takes.
+//! - `right` and `down` are the components of a drag in CSS pixels, the points of [`DEGREES_PER_POINT`]. They are
+//!   negative to the left and upwards. Drags of the camera are `f32`, the type that [`Orbit`] takes. Drags of the sun
+//!   are `f64`, the type of its angles.
+//! - `rgb` is linear sRGB, three numbers per pixel. A map has `side`² pixels, row by row from the top. Another number
+//!   of pixels is an error.
 
 use super::report::thrown;
 use crate::settings::{CameraSettings, SUN_ELEVATION_DEG, Settings, SunSettings};
@@ -36,21 +39,21 @@ pub fn compact_settings(json: &str) -> Result<String, JsValue> {
     Ok(read(json)?.to_compact_json())
 }
 
-/// Keys of the data that the page keeps ([`Keys`](crate::Keys)), as JSON. Data are built again when their key changes.
+/// Keys of heights, method and scene ([`Keys`](crate::Keys)), as JSON. The page builds each again when its key changes.
 #[wasm_bindgen]
 pub fn keys(json: &str) -> Result<String, JsValue> {
     // Text always converts to JSON, so the default is never taken.
     Ok(serde_json::to_string(&read(json)?.keys()).unwrap_or_default())
 }
 
-/// The shell command that draws the picture ([`share::command`]), of `width` × `height` pixels and with `supersample`
-/// rays along each side of a pixel.
+/// The `sunbeam render` command line for the picture ([`share::command`]). The picture has `width` × `height` pixels,
+/// each averaged over `supersample`² rays.
 #[wasm_bindgen]
 pub fn share_command(json: &str, width: u32, height: u32, supersample: u32) -> Result<String, JsValue> {
     Ok(share::command(&read(json)?, (width, height), supersample))
 }
 
-/// The XML scene of the picture for Mitsuba ([`share::xml`]), of `width` × `height` pixels.
+/// Mitsuba's XML scene for the picture of `width` × `height` pixels ([`share::xml`]).
 #[wasm_bindgen]
 pub fn share_xml(json: &str, width: u32, height: u32) -> Result<String, JsValue> {
     Ok(share::xml(&read(json)?, (width, height)))
@@ -111,8 +114,8 @@ pub fn sunned(json: &str, right: f64, down: f64) -> Result<String, JsValue> {
     Ok(settings.to_json())
 }
 
-/// A BRDF map as RGBA bytes ([`image::map_picture`]). `rgb` has linear sRGB for each of `side`² pixels. `exposure` is a
-/// linear factor; without it, a factor is chosen at which few pixels clip.
+/// A BRDF map as RGBA bytes ([`image::map_picture`]). `exposure` is a linear factor; without it, a factor is chosen at
+/// which few pixels clip.
 #[wasm_bindgen]
 pub fn map_picture(rgb: &[f32], side: usize, exposure: Option<f64>) -> Result<Vec<u8>, JsValue> {
     image::map_picture(pixels(rgb), side, exposure).map_err(thrown)
@@ -124,8 +127,8 @@ pub fn map_exr(rgb: &[f32], side: usize) -> Result<Vec<u8>, JsValue> {
     image::map_exr(pixels(rgb), side).map_err(thrown)
 }
 
-/// Three bytes of sRGB for one colour in linear sRGB, multiplied by 2^`stops` and tone-mapped. Empty unless `rgb` has
-/// three numbers or more.
+/// Three bytes of sRGB for the first pixel of `rgb`, multiplied by 2^`stops` and tone-mapped. Without a pixel, the
+/// result is empty.
 #[wasm_bindgen]
 pub fn to_srgb(rgb: &[f32], stops: f64) -> Vec<u8> {
     pixels(rgb).first().map_or_else(Vec::new, |pixel| image::tone_mapped_bytes(*pixel, stops).to_vec())

@@ -1,7 +1,8 @@
-//! The Pareto front of time and errors: the entries that no other entry beats.
+//! The Pareto front of a benchmark's times and errors: the entries that no other entry beats ([`Cost::beats`]).
 
-/// Relative advantage in time or in an error that an entry needs to beat another. Repeated runs differ by about this.
-/// With a smaller value, noise decides which of two similar entries is on the front; a larger one keeps more entries.
+/// Relative advantage in time or in an error that an entry needs to beat another. Times of repeated runs differ by
+/// about this. With a smaller value, noise decides which of two similar entries is on the front; a larger one keeps
+/// more entries.
 const MARGIN: f64 = 0.05;
 
 /// ΔE₂₀₀₀ below which entries count as equally good. A difference of 1 is just noticeable.
@@ -15,6 +16,7 @@ pub(crate) fn clamp_delta_e(delta_e: f64) -> f64 {
 /// Time and errors of an entry, the coordinates in which a Pareto front is found. Smaller is better in each.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cost<const ERRORS: usize> {
+    /// Time per colour in µs; finite.
     time_us: f64,
     /// One error of each kind, in the same order for all entries that are compared. None is NaN.
     errors: [f64; ERRORS],
@@ -55,8 +57,18 @@ mod tests {
 
     #[test]
     fn an_entry_beaten_in_time_and_error_is_behind_the_front() {
-        let entries =
-            [(1.0, 1.0), (2.0, 0.5), (2.0, 2.0), (1.01, 1.0), (9.0, f64::NAN), (1.5, 1.0), (4.0, 0.01), (8.0, 0.001)];
+        let entries = [
+            (1.0, 1.0),
+            (2.0, 0.5),
+            (2.0, 2.0),
+            // Slower than the first, but within the margin.
+            (1.01, 1.0),
+            (9.0, f64::NAN),
+            (1.5, 1.0),
+            (4.0, 0.01),
+            // No better than the previous entry: both errors are below `DELTA_E_MIN`.
+            (8.0, 0.001),
+        ];
         let entries = entries.map(|(time_us, delta_e)| (time_us, [clamp_delta_e(delta_e)]));
         assert_eq!(front(&entries), [true, true, false, true, false, false, true, false]);
         assert_eq!(front(&[(1.0, [f64::NAN])]), [true]);
