@@ -310,7 +310,7 @@ impl<N: Numbers> SquareView<N> {
         // Reflection by a surface: w = cosθi + cosθo at the typical outgoing cosine, TYPICAL_COS_GRAZING +
         // TYPICAL_COS_SLOPE·cosθi. A body that transmits gives its own w.
         let estimated_w = || passage.normal.fma(lit(1.0 + TYPICAL_COS_SLOPE), lit(TYPICAL_COS_GRAZING));
-        let w = passage.typical_normal.unwrap_or_else(estimated_w);
+        let w = passage.typical_w.unwrap_or_else(estimated_w);
         // The wavelength for κ differs from that for frequencies where heights are resized.
         let kappa = w * lit(TAU * 1e3) / reading.for_kappa_nm();
         // Position in bands, counted from the centre of the first.
