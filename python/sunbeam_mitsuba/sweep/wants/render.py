@@ -193,8 +193,10 @@ class Render(Want):
             elif isinstance(value, float):
                 # Mitsuba accepts a float for any spectrum. With the parameter `transmission`, `eta` must be a float.
                 kind, written = "float", repr(value)
+            elif isinstance(value, int):
+                # The number of a channel, or the index of a medium.
+                kind, written = "integer", str(value)
             else:
-                # Also the number of a channel, which the plugin reads from a text.
                 kind, written = "string", str(value)
             ElementTree.SubElement(bsdf, kind, {"name": name, "value": written})
         return ElementTree.tostring(root, encoding="unicode")
