@@ -32,6 +32,9 @@ constexpr const char *NUMBERS[] = { "period",     "height",           "region_si
 constexpr const char *SIZES[]    = { "scale", "depth" };
 constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
 
+// Parameters that are read only where light is transmitted.
+constexpr const char *OF_TRANSMISSION[] = { "back_reflection", "int_ior", "ext_ior", "specular_transmittance" };
+
 // All parameters of the plugin, for messages. Those up to build_limit go to Rust. tests/test_docs.py compares the list
 // with docs/plugin.md.
 constexpr const char *ALL_NAMES =
@@ -91,8 +94,8 @@ std::string resolved_file(const Properties &props) {
     return fs::absolute(path).string();
 }
 
-/// Numbers of a parameter: one number, the three channels of a colour, or the values of a spectrum. Empty for a
-/// texture.
+/// Numbers of a parameter: one number, the three channels of a colour, or the values of a spectrum. Empty for other
+/// types, such as a texture.
 std::vector<double> plain_values(const Properties &props, const char *name) {
     switch (props.type(name)) {
         case Properties::Type::Float:
@@ -137,6 +140,14 @@ std::string known_materials() {
     return list;
 }
 
+/// Index of a medium by a parameter, its number or its name; that of the medium `absent` if the parameter is not given.
+double medium_index(const Properties &props, const char *name, const char *absent) {
+    // `lookup_ior` refuses integers.
+    if (props.has_property(name) && props.type(name) == Properties::Type::Integer)
+        return props.get<double>(name);
+    return mitsuba::lookup_ior(props, name, absent);
+}
+
 } // namespace
 
 bool is_number(const Properties &props, const char *name) {
@@ -169,7 +180,7 @@ std::string surface_json(const Properties &props) {
         append("channel", props.type("channel") == Properties::Type::Integer
                               ? std::to_string(props.get<int64_t>("channel"))
                               : json_string(props.get<std::string>("channel")));
-    // A cover and a body that transmits have one index for the whole surface.
+    // A cover and a body that transmits have one index for the whole surface; `index_spectrum` reads other indices.
     for (const auto &[name, eta] :
          { std::pair("cover_eta", cover_index(props)), std::pair("eta", transparent_index(props)) })
         if (eta)
@@ -227,8 +238,7 @@ std::optional<double> transparent_index(const Properties &props) {
             Throw("parameter \"eta\" must be a float, one number for the whole surface, where light is transmitted");
         return props.get<double>("eta");
     }
-    const double inner = mitsuba::lookup_ior(props, "int_ior", "bk7"),
-                 outer = mitsuba::lookup_ior(props, "ext_ior", "air");
+    const double inner = medium_index(props, "int_ior", "bk7"), outer = medium_index(props, "ext_ior", "air");
     // The relief's wavelengths are those in air.
     if (std::abs(outer - 1.0) > AIR_TOLERANCE)
         Throw("parameter \"ext_ior\" is %.9g, but must be that of air or vacuum", outer);
@@ -298,7 +308,7 @@ WavelengthRange range_of(const std::vector<double> &nm) {
     return range;
 }
 
-void check_range_of(const std::string &source, const WavelengthRange &range) {
+void check_coverage(const std::string &source, const WavelengthRange &range) {
     if (range.is_complete())
         return;
     if (range.low > range.high)
@@ -325,7 +335,7 @@ void check_optics(const Properties &props) {
     check_range(props, "eta", 0, infinity, "a finite number of at least 0");
     check_range(props, "k", 0, infinity, "a finite number of at least 0");
     check_range(props, "specular_reflectance", 0, 1, "in [0, 1]");
-    // Without transmission the parameter stays unread, so `refuse_unknown` refuses it.
+    // Otherwise the parameter stays unread, and `refuse_unknown` refuses it.
     if (props.get<std::string>("transmission", "none") != "none")
         check_range(props, "specular_transmittance", 0, 1, "in [0, 1]");
     check_range(props, "diffuse_reflectance", 0, 1, "in [0, 1]");
@@ -335,8 +345,12 @@ void check_optics(const Properties &props) {
 }
 
 void refuse_unknown(const Properties &props) {
-    for (const std::string &name : props.unqueried())
+    for (const std::string &name : props.unqueried()) {
+        for (const char *other : OF_TRANSMISSION)
+            if (name == other)
+                Throw("unknown parameter \"%s\" without transmission \"film\" or \"interface\"", name);
         Throw("unknown parameter \"%s\"; the plugin \"diffraction\" accepts %s", name, ALL_NAMES);
+    }
 }
 
 } // namespace sunbeam

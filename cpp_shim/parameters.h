@@ -55,7 +55,7 @@ WavelengthRange range_of(const std::vector<double> &nm);
 
 /// Warns if the range of a spectrum is not complete: the spectrum is continued by its end values. Refuses an empty
 /// range. `source` names the spectrum in messages.
-void check_range_of(const std::string &source, const WavelengthRange &range);
+void check_coverage(const std::string &source, const WavelengthRange &range);
 
 /// Spectrum with as many `values` as rising wavelengths `nm`, at least one. It is continued by its end values to
 /// Mitsuba's whole range.

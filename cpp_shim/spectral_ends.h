@@ -66,7 +66,7 @@ public:
         if constexpr (mitsuba::is_spectral_v<Spectrum>) {
             update(*texture);
         } else if (const WavelengthRange range = range_of(nm); !range.is_complete()) {
-            check_range_of(source, range);
+            check_coverage(source, range);
             mitsuba::Properties props;
             props.set("spectrum", continued(nm, values));
             // Unbounded: eta and k may exceed 1, unlike a reflectance.
@@ -81,7 +81,7 @@ public:
             const WavelengthRange range = SpectralRange<Texture>(texture).range;
             if (range == m_range)
                 return;
-            check_range_of(m_source, range);
+            check_coverage(m_source, range);
             m_range = range;
             // Opaque variables are inputs of the kernel, not literals in it, so one kernel serves every range.
             m_low  = dr::opaque<Float>((dr::scalar_t<Float>) range.low);

@@ -1,7 +1,7 @@
 """Part `realtime` of the documentation (page.py): shading times of the realtime methods, and the stages of a frame.
 
-`sunbeam render` measures the times on the GPU. A *stage* is a step of a frame, such as the shading. Shading alone is
-timed for each method and surface; a whole frame is timed for the default method.
+`sunbeam render` measures the times. A *stage* is a step of a frame (`StageTimes` of crates/realtime/src/renderer.rs),
+such as the shading. Shading alone is timed for each method and surface, a whole frame for the default method.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ FAST_METHODS = ("stam", "table")
 SHADED = "192x128"
 # Size of a frame as in a window, in pixels.
 FRAME = "512x512"
-# Number of pictures by a slow method, whose median is reported.
+# Number of pictures by a slow method; the median time of each stage is reported.
 SLOW_REPEATS = 3
-# Number of pictures by a fast method, whose median is reported.
+# Number of pictures by a fast method.
 REPEATS = 25
 # Factor on the cells of the snake's default mesh along each direction, for the finer mesh.
 FINE_RESOLUTION = 4
@@ -41,7 +41,8 @@ def figures() -> dict:
     """All numbers of the part: measured by `sunbeam render`, except for TRIED_MS.
 
     `shading` has the results of `shaded` by surface and method, on the default mesh. `flss_over_table` are ratios of
-    shading times. `frames` has the results of `frame` on the default and on the finer mesh.
+    shading times. `frames` has the results of `frame` on the default and on the finer mesh. Sizes are in pixels, as
+    text: width and height.
     """
     with TemporaryDirectory() as scratch:
         folder = Path(scratch)
@@ -84,9 +85,9 @@ def render(folder: Path, *words) -> dict:
 
 
 def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:
-    """Microseconds of shading per lit pixel, `us`, and size and build time of the method's data, `mb` and `build_s`.
+    """Microseconds of shading per lit pixel, `us`, and the method's data: their size in MB and build time in seconds.
 
-    `surface` has arguments of `sunbeam render`. `lit_pixels` is the number of shaded pixels, the report's `answered`.
+    `surface` has arguments of `sunbeam render`. Lit pixels are the sunlit ones of the mesh, the report's `answered`.
     """
     repeats = REPEATS if method in FAST_METHODS else SLOW_REPEATS
     report = render(folder, "--mesh", mesh, *surface, "--method", method, "--size", SHADED, "--repeat", repeats)
@@ -99,9 +100,9 @@ def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:
 
 
 def frame(folder: Path, mesh: Path) -> dict:
-    """Milliseconds on the GPU of a frame, `ms`, and of each of its stages, `stages_ms`.
+    """Milliseconds of each stage of a frame, `stages_ms`, and their sum, `ms`.
 
-    The result also has the GPU's name, and the numbers of triangles and of shaded pixels. The frame is the snake with
+    The result also has the GPU's name, and the numbers of triangles and of lit pixels. The frame is the snake with
     `xenopeltis` by the default method, `table`.
     """
     report = render(folder, "--mesh", mesh, "--preset", "xenopeltis", "--size", FRAME, "--repeat", REPEATS)

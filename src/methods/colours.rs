@@ -21,21 +21,20 @@ pub(super) type Colours = Vec<[f32; 4]>;
 /// # Errors
 /// A step that [`SpectralToRgb::visible`] refuses.
 pub(super) fn quadrature(step_nm: f64) -> Result<Colours, ColourError> {
-    let spectrum = SpectralToRgb::visible(step_nm)?;
-    Ok(entries(&spectrum, |_| [1.0; 3]))
+    let to_rgb = SpectralToRgb::visible(step_nm)?;
+    Ok(entries(&to_rgb, |_| [1.0; 3]))
 }
 
-/// A density per µm on a uniform grid over 380 to 780 nm. Its integral is (1, 1, 1).
+/// The weights per µm of wavelength, on a uniform grid over 380 to 780 nm. Each channel is scaled to an integral of 1.
 ///
 /// # Errors
 /// Never in practice: [`SpectralToRgb::visible`] accepts the step of 1 nm.
 pub(super) fn density() -> Result<Colours, ColourError> {
-    let spectrum = SpectralToRgb::visible(DENSITY_STEP_NM)?;
-    Ok(entries(&spectrum, |_| [PER_UM; 3]))
+    let to_rgb = SpectralToRgb::visible(DENSITY_STEP_NM)?;
+    Ok(entries(&to_rgb, |_| [PER_UM; 3]))
 }
 
-/// The weights per µm divided by λ², on a uniform grid over 380 to 780 nm. Each channel is scaled so that its integral
-/// is 1.
+/// [`density`] divided by λ². Each channel is scaled again to an integral of 1.
 ///
 /// NMM's lists of wavelengths have densities proportional to `1/λ²` over λ. Averaged over such a list with these
 /// weights, a power spectrum S proportional to λ² is white: its reflectance `S/λ²` is the same at all wavelengths.
@@ -43,18 +42,19 @@ pub(super) fn density() -> Result<Colours, ColourError> {
 /// # Errors
 /// Never in practice: [`SpectralToRgb::visible`] accepts the step of 1 nm.
 pub(super) fn density_over_square() -> Result<Colours, ColourError> {
-    let spectrum = SpectralToRgb::visible(DENSITY_STEP_NM)?;
+    let to_rgb = SpectralToRgb::visible(DENSITY_STEP_NM)?;
+    // λ² in µm².
     let square = |nm: f64| (1e-3 * nm).powi(2);
-    // Colour of the spectrum 1/λ², the integral of each channel before scaling.
-    let total = spectrum.rgb_of(|nm| 1.0 / square(nm));
-    Ok(entries(&spectrum, |nm| total.map(|total| PER_UM / (square(nm) * total))))
+    // Integral of each channel before scaling, the colour of the spectrum 1/λ².
+    let integrals = to_rgb.rgb_of(|nm| 1.0 / square(nm));
+    Ok(entries(&to_rgb, |nm| integrals.map(|integral| PER_UM / (square(nm) * integral))))
 }
 
-/// Entries of the weights of `spectrum`, with each channel multiplied by its `factor` at the wavelength in nm.
-fn entries(spectrum: &SpectralToRgb, factor: impl Fn(f64) -> [f64; 3]) -> Colours {
-    spectrum
+/// Entries with the weights of `to_rgb`, each channel multiplied by its `factor` at the wavelength in nm.
+fn entries(to_rgb: &SpectralToRgb, factor: impl Fn(f64) -> [f64; 3]) -> Colours {
+    to_rgb
         .wavelengths_nm()
-        .zip(spectrum.weights())
+        .zip(to_rgb.weights())
         .map(|(nm, weight)| {
             let factors = factor(nm);
             let [r, g, b] = std::array::from_fn(|c| (weight[c] * factors[c]) as f32);
@@ -63,7 +63,8 @@ fn entries(spectrum: &SpectralToRgb, factor: impl Fn(f64) -> [f64; 3]) -> Colour
         .collect()
 }
 
-/// A [`density`] or [`density_over_square`] at a wavelength in µm, linear between its entries and constant beyond them.
+/// `colours`, a [`density`] or [`density_over_square`], at a wavelength in µm: linear between its entries and constant
+/// beyond them.
 pub(super) fn colour_density(colours: &[[f32; 4]], wavelength_um: f32) -> [f32; 3] {
     let intervals = colours.len() - 1;
     let position = (wavelength_um - WAVELENGTH_MIN_UM) / (WAVELENGTH_MAX_UM - WAVELENGTH_MIN_UM) * intervals as f32;

@@ -204,7 +204,7 @@ impl<N: Numbers> ColourSamplerView<N> {
     fn mass_per_count(&self, passage: &Passage<N>) -> [N::Real; BANDS] {
         let lit = N::Real::lit;
         // Position of w in slices, counted from the centre of the first; w extends from 0 to 2.
-        let typical_w = passage.typical_normal;
+        let typical_w = passage.typical_w;
         let typical_w = self.size.map_or(typical_w, |size| typical_w * size.depth);
         let position = (typical_w * lit(0.5 * BANDS as f64) - lit(0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));
         array::from_fn(|b| {

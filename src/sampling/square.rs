@@ -296,7 +296,7 @@ impl<N: Numbers> SquareView<N> {
         };
         let rectangle = self.areas().rectangle([0, 1].map(|i| edge(i, -1.0)), [0, 1].map(|i| edge(i, 1.0)));
         // The wavelength for κ differs from that for frequencies where heights are resized.
-        let kappa = passage.typical_normal * lit(TAU * 1e3) / reading.for_kappa_nm();
+        let kappa = passage.typical_w * lit(TAU * 1e3) / reading.for_kappa_nm();
         // Position in bands, counted from the centre of the first.
         let position = kappa.fma(lit(self.layout.bands_per_kappa), lit(-0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));
         let band = position.floor().min(lit(BANDS as f64 - 2.0));

@@ -1,4 +1,4 @@
-//! Wave vectors of a reflection or transmission, as samplers read them: the incident one, and the range of outgoing
+//! Wave vectors of a reflection or transmission for samplers and albedos: the incident one, and the range of outgoing
 //! ones.
 
 use super::transparent::{BodyWave, TransparentBody};
@@ -23,13 +23,13 @@ const TYPICAL_COS_SLOPE: f64 = 0.5;
 /// outgoing one, and w is its normal component. S is the relief's power spectrum.
 ///
 /// Lengths of wave vectors are in units of the wave number in the tables' medium: air at a bare relief, the cover, or
-/// the medium of a [`TransparentBody`].
+/// the medium of a [`TransparentBody`]. Below a film they are those within the film.
 #[derive(Clone, Copy)]
 pub(crate) struct Passage<N: Numbers> {
     /// Tangential part of the incident wave vector, times [`Passage::turn`].
     pub tangential: [N::Real; 2],
-    /// Magnitude of the incident wave vector's normal component, with a minus in transmission. Then
-    /// `|w| = |normal + c|`, where c > 0 is the magnitude of the outgoing normal component.
+    /// Magnitude of the incident wave vector's normal component, negated in transmission: `|w| = |normal + c|`, where
+    /// c > 0 is the magnitude of the outgoing normal component.
     pub normal: N::Real,
     /// Squared length of outgoing wave vectors: 1 in the tables' medium, 1/n² in air beside a medium of index n.
     pub outgoing_squared: N::Real,
@@ -37,16 +37,17 @@ pub(crate) struct Passage<N: Numbers> {
     pub reach: N::Real,
     /// Sign of w at the mirror or refracted direction: −1 where the incident or the outgoing light lies below the
     /// relief, else 1. S of a negative w is that of −w at the opposite frequency, so samplers then draw the opposite of
-    /// wave vectors. They take this sign for all outgoing directions, though w of some may differ in transmission.
+    /// wave vectors. In transmission w of some outgoing directions has the other sign; samplers ignore this, which only
+    /// adds variance.
     pub turn: N::Real,
     /// Typical |w|, at which samplers read S.
-    pub typical_normal: N::Real,
+    pub typical_w: N::Real,
     /// Smallest |w| where the power of an order is divided by w²; `None` where it is not divided.
     pub divisor_min: Option<f64>,
 }
 
 impl<N: Numbers> Passage<N> {
-    /// Reflection of the unit vector `wi` above the surface, with outgoing tangential lengths up to `reach`.
+    /// Reflection of light from the unit vector `wi` above the surface, with outgoing tangential lengths up to `reach`.
     #[inline(always)]
     pub(crate) fn reflection(wi: [N::Real; 3], reach: f64) -> Self {
         let one = N::Real::lit(1.0);
@@ -56,7 +57,7 @@ impl<N: Numbers> Passage<N> {
             outgoing_squared: one,
             reach: N::Real::lit(reach),
             turn: one,
-            typical_normal: wi[2].fma(N::Real::lit(1.0 + TYPICAL_COS_SLOPE), N::Real::lit(TYPICAL_COS_GRAZING)),
+            typical_w: wi[2].fma(N::Real::lit(1.0 + TYPICAL_COS_SLOPE), N::Real::lit(TYPICAL_COS_GRAZING)),
             divisor_min: None,
         }
     }
@@ -79,7 +80,7 @@ impl<N: Numbers> Passage<N> {
             outgoing_squared: N::Real::select(to_below, one, lit(1.0 / (body.eta * body.eta))),
             reach: N::Real::select(to_below, lit(body.reach(true)), lit(body.reach(false))),
             turn,
-            typical_normal: N::Real::select(is_reflected, reflected, refracted),
+            typical_w: N::Real::select(is_reflected, reflected, refracted),
             // Both in units of the wave number in the medium.
             divisor_min: Some(body.normal_min.max(DIVISOR_MIN / body.eta)),
         }

@@ -24,21 +24,21 @@ use std::f64::consts::{PI, TAU};
 const NODES_MIN: usize = WIDTH;
 /// Most accepted nodes on one period. At this number [`Estimate`](crate::Estimate) expects 50 s a solution on one core.
 pub(crate) const NODES_MAX: usize = 2048;
-/// Fewest nodes that [`Resolution::new`] returns. Fewer leave a larger error of the power balance.
-const NODES_DEFAULT: usize = 64;
-/// Fewest nodes for each Fourier harmonic of a smooth profile: the fields have higher harmonics than the relief. Fewer
-/// nodes resolve fewer of them.
+/// Fewest nodes that [`Resolution::new`] chooses. Fewer leave a larger error of the power balance.
+const NODES_CHOSEN_MIN: usize = 64;
+/// Fewest nodes for each Fourier harmonic of a smooth profile, its mean included: the fields have higher harmonics than
+/// the relief. Fewer nodes resolve fewer of them.
 const NODES_PER_HARMONIC: usize = 8;
 /// Fewest nodes for each edge, on average over the edges: twice the smallest number on one edge.
 pub(crate) const NODES_PER_EDGE: usize = 2 * EDGE_NODES_MIN;
-/// Nodes for each wavelength along a smooth curve; the wavelength is the shorter one of air and lower medium. Fewer
-/// leave a larger error of the power balance.
+/// Nodes for each wavelength along a smooth curve, for the shorter wavelength 2π/k or 2π/(k·Re n) of the two media.
+/// Fewer leave a larger error of the power balance.
 const NODES_PER_WAVE_SMOOTH: f64 = 9.0;
 /// Nodes for each wavelength along a curve with corners. It is larger than for smooth curves, because grading towards
 /// the corners widens steps in the middle of an edge.
 const NODES_PER_WAVE_EDGES: f64 = 13.0;
-/// Fewest nodes on one period for each wavelength, 2π/κ in [`Discretisation::air`] and 2π/κm in
-/// [`Discretisation::air_above`]. The sampling theorem requires two.
+/// Fewest nodes on one period for each wavelength 2π/κ or 2π/κm, whichever is the argument of
+/// [`Discretisation::check_resolved`]. The sampling theorem requires two.
 const NODES_PER_WAVE_MIN: f64 = 3.0;
 /// Smallest oversampling above an absorbing medium or for a profile with corners: the smallest odd number above 1.
 const OVERSAMPLING_MIN: usize = 3;
@@ -51,7 +51,7 @@ const STEP_SKIN_DEPTHS_MAX: f64 = 0.9;
 /// Number of nodes on one period of the curve, for the air and for the lower medium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolution {
-    /// Coarse nodes on one period, 17 to 2048. A profile with edges gets a few more or less, by rounding on each edge.
+    /// Coarse nodes on one period, 17 to 2048. Edges change the number: it is rounded on each, to at least 8.
     pub nodes: usize,
     /// Fine nodes for each coarse node, for the integrals of the lower medium: odd, 1 to 15.
     pub oversampling: usize,
@@ -84,9 +84,9 @@ impl Resolution {
         let waves = profile.arc_um() * k / TAU * index.re.max(1.0);
         let (least, per_wave) = match &profile.shape {
             Shape::Smooth(harmonics) => {
-                (NODES_DEFAULT.max(NODES_PER_HARMONIC * harmonics.len()), NODES_PER_WAVE_SMOOTH)
+                (NODES_CHOSEN_MIN.max(NODES_PER_HARMONIC * harmonics.len()), NODES_PER_WAVE_SMOOTH)
             }
-            Shape::Edges(edges) => (NODES_DEFAULT.max(NODES_PER_EDGE * edges.len()), NODES_PER_WAVE_EDGES),
+            Shape::Edges(edges) => (NODES_CHOSEN_MIN.max(NODES_PER_EDGE * edges.len()), NODES_PER_WAVE_EDGES),
         };
         // A multiple of 4 is even, as Kress' weights require. The bound keeps the rounding within an integer's range.
         let nodes = least.max((per_wave * waves).min(i32::MAX.into()) as usize).next_multiple_of(4);
@@ -105,8 +105,8 @@ impl Resolution {
     }
 }
 
-/// Longest step along the curve between coarse nodes, in µm; the mean step for a smooth profile. `counts` are the nodes
-/// of each edge (`distribute_nodes`).
+/// Estimate of the longest step along the curve between coarse nodes, in µm: the mean step for a smooth profile, twice
+/// the largest mean step over the chord of an edge. `counts` are the nodes of each edge (`distribute_nodes`).
 fn widest_step(profile: &Profile, counts: &[usize]) -> f64 {
     match &profile.shape {
         Shape::Smooth(_) => profile.arc_um() / counts[0] as f64,
@@ -171,7 +171,7 @@ impl Discretisation {
         self.resolution
     }
 
-    /// Coarse nodes on one period: `nodes` of the resolution, up to rounding on each edge.
+    /// Coarse nodes on one period: [`Resolution::nodes`] after the rounding on each edge.
     pub fn nodes(&self) -> usize {
         self.coarse.len()
     }
@@ -209,8 +209,8 @@ impl Discretisation {
         Air::at_kappa_squared(self, kappa_squared, finite("b", b)?)
     }
 
-    /// Refuses a period of `waves` wavelengths, not above 0 or too many for the nodes. `quantity` names the number in
-    /// the error.
+    /// Refuses a period of `waves` wavelengths 2π/κ or 2π/κm, not above 0 or too many for the nodes. Only the medium
+    /// whose t or tm is given is checked. `quantity` names the number in the error.
     ///
     /// # Errors
     /// [`Error::OutOfRange`].

@@ -22,7 +22,7 @@
 //! The power of a wave is βm/κ² in the air, for Ey and for Hy of amplitude 1. In the medium it is n²·βm/κm² for Ey and
 //! βm/κm² for Hy.
 //!
-//! *Ey* and *Hy*, in this order, also name the two polarisation states of a wave: without Hy and without Ey.
+//! *Ey* and *Hy* also name the polarisation states 0 and 1 of a wave: without Hy, and without Ey.
 
 use crate::air::{Air, Continuity, join_columns};
 use crate::error::positive;
@@ -67,8 +67,8 @@ impl Channel {
 /// Amplitudes between all propagating orders on both sides of one grating, at one (t, b) and wavelength.
 ///
 /// Polarisation states are those of [`Amplitudes`](crate::Amplitudes). The squared magnitude of an amplitude is a
-/// fraction of the incident power. Light incident in order m comes, on either side, from the mirror direction of order
-/// m.
+/// fraction of the incident power. Light *incident in* order m has the wave numbers of this order, with the opposite
+/// sign along z.
 ///
 /// ```
 /// use sunbeam_rigorous::{Channel, Discretisation, Profile, Resolution};
@@ -87,13 +87,13 @@ pub struct Scattering {
     eta: f64,
     /// Wave number k in vacuum, in rad/µm.
     wave_number: f64,
-    /// ky/k; imaginary in the continuation, and above 1 where no order propagates in the air.
+    /// ky/k; imaginary in the continuation, and above 1 where κ² is negative.
     ky_over_k: Complex64,
     /// Propagating orders in the air.
     above: Waves,
     /// Propagating orders in the medium.
     below: Waves,
-    /// Jones matrices at `out · count + in`. Positions count the orders above, then those below.
+    /// Jones matrices at `out · count + in`, for positions in [`Scattering::channels`], which has `count` channels.
     jones: Vec<Jones>,
 }
 
@@ -119,7 +119,7 @@ pub struct Below {
     waves: Waves,
     /// W times the speed, from field to flux.
     response: Matrix,
-    /// Incident wave of each order: node × order.
+    /// Incident wave of each order at the nodes: node × order.
     incident: Matrix,
     /// Derivative of the incident waves along the normal, times the speed: node × order.
     incident_flux: Matrix,
@@ -135,9 +135,14 @@ impl Below {
     /// # Errors
     /// Special functions that overflow.
     pub(crate) fn new(mesh: &Discretisation, tm: f64, b: f64) -> Result<Self, Error> {
-        let (period, nodes) = (mesh.profile().period_um(), &mesh.coarse);
         let tm = away_from_cutoffs(tm, b);
-        let kappa_m_squared = (tm * TAU / period).powi(2);
+        let kappa_m = tm * TAU / mesh.profile().period_um();
+        Self::at(mesh, kappa_m.powi(2), tm, b)
+    }
+
+    /// Computes response and waves at κm² in (rad/µm)². tm is κm·d/2π, or zero where κm² is not positive.
+    fn at(mesh: &Discretisation, kappa_m_squared: f64, tm: f64, b: f64) -> Result<Self, Error> {
+        let (period, nodes) = (mesh.profile().period_um(), &mesh.coarse);
         let response = response(mesh, kappa_m_squared.into(), b)?;
         let waves = Waves::propagating(period, tm, b);
         let (alpha, beta) = (&waves.alpha, &waves.beta);
@@ -177,13 +182,18 @@ impl Air<'_> {
         let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
         // κm² = n²k² − ky².
         let kappa_m_squared = (positive("eta", eta)? * k).powi(2) - self.ky_squared(k);
-        // κm² < 0 occurs for an index below 1 only: light along the grooves then does not enter the medium.
-        let tm = kappa_m_squared.max(0.0).sqrt() * self.mesh().profile().period_um() / TAU;
-        self.scatter_with(&Below::new(self.mesh(), tm, self.b())?, eta, wavelength_nm)
+        let below = if kappa_m_squared > 0.0 {
+            let tm = kappa_m_squared.sqrt() * self.mesh().profile().period_um() / TAU;
+            Below::new(self.mesh(), tm, self.b())?
+        } else {
+            // An index below 1: waves that run steeply enough along the grooves do not enter the medium.
+            Below::at(self.mesh(), kappa_m_squared, 0.0, self.b())?
+        };
+        self.scatter_with(&below, eta, wavelength_nm)
     }
 
-    /// [`Air::scatter`] with the medium `below`, computed for the profile, tm and Bloch phase that belong to `eta` and
-    /// the wavelength.
+    /// [`Air::scatter`] with the medium `below`. It must come from the same discretisation, at this Bloch phase and the
+    /// tm that belongs to `eta` and the wavelength; this is not checked.
     ///
     /// # Errors
     /// An index or wavelength that is not finite and positive, and solutions that are not finite.
@@ -263,8 +273,8 @@ impl Scattering {
         }
     }
 
-    /// [`Scattering::jones`] of a film, whose flat lower side has air below it. Light on the side below passes that
-    /// boundary once; zero where it is reflected totally.
+    /// [`Scattering::jones`] of a film: channels below lie in the air under its flat lower side. Light passes that side
+    /// once; zero where it is reflected totally.
     pub fn film_jones(&self, out: Channel, from: Channel) -> Jones {
         let mut jones = self.jones(out, from);
         if from.side == Side::Below {
@@ -290,8 +300,8 @@ impl Scattering {
 
     /// Mean over both states of incident light of the power in a Jones matrix.
     ///
-    /// Elements between Ey and Hy are proportional to ky. The continuation of their squared magnitudes to imaginary ky
-    /// is negative.
+    /// Elements between Ey and Hy are odd in ky. The continuation of their squared magnitudes to imaginary ky is
+    /// negative.
     fn unpolarised_power(&self, jones: Jones) -> f64 {
         let sign = if self.ky_over_k.im == 0.0 { 1.0 } else { -1.0 };
         let [[ee, eh], [he, hh]] = jones.map(|row| row.map(|element| element.norm_sqr()));
@@ -314,7 +324,7 @@ impl Scattering {
 
     /// Violation of the power balance: the largest |reflected + transmitted − 1| over all incident channels and states.
     ///
-    /// Meaningless where ky is imaginary ([`Air::solve`]): the continuation does not conserve power.
+    /// Meaningless where ky is imaginary ([`Air::solve`]): squared magnitudes of the continuation are not powers.
     pub fn balance_error(&self) -> f64 {
         let count = self.count();
         let mut worst = 0.0_f64;
@@ -329,7 +339,7 @@ impl Scattering {
     }
 
     /// Violation of reciprocity: the largest magnitude of the difference between an amplitude and that of the reversed
-    /// path. `reversed` are the amplitudes at −b.
+    /// path. `reversed` are the amplitudes of the same grating and wavelength at t and −b.
     pub fn reciprocity_error(&self, reversed: &Self) -> f64 {
         let mut worst = 0.0_f64;
         // At −b, order −m has the opposite wave number along x.
@@ -395,4 +405,27 @@ fn jones_matrices(above: &Waves, below: &Waves, continuity: &Continuity, out: [&
             })
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Medium, Profile, Resolution};
+
+    #[test]
+    fn light_that_cannot_enter_the_medium_is_solved_as_from_above_alone() {
+        let profile = Profile::sinusoid(1.1, 0.1).unwrap();
+        let mesh = Discretisation::new(&profile, Resolution { nodes: 64, oversampling: 1 }).unwrap();
+        // With t = 1.2 and d = 2λ, ky = 0.8 k exceeds n·k.
+        let (air, eta, nm) = (mesh.air(1.2, 0.3).unwrap(), 0.5, 550.0);
+        let scattering = air.scatter(eta, nm).unwrap();
+        let amplitudes = air.solve(&Medium::index(eta, 0.0).unwrap(), nm).unwrap();
+        assert!(scattering.orders(Side::Below).is_empty());
+        for m in [-1, 0] {
+            let found = scattering.efficiency(Channel::above(m), Channel::above(0));
+            let expected = amplitudes.efficiency(m, 0);
+            // Rounding.
+            assert!(expected > 0.0 && (found - expected).abs() < 1e-12, "{m}: {found} {expected}");
+        }
+    }
 }

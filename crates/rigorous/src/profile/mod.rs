@@ -14,8 +14,8 @@ use std::f64::consts::TAU;
 /// terms along z.
 const DEPTH_MAX: f64 = 2.0;
 
-/// Most corners in one period, 64. A wall found among sampled heights counts as one corner but is an edge of its own.
-/// So there are at most twice as many edges as corners, and [`NODES_MAX`] nodes suffice for [`NODES_PER_EDGE`] on each.
+/// Most corners in one period, 64. In sampled heights a wall counts as one corner, but it is an edge, and another edge
+/// begins there. With at most two edges a corner, [`NODES_MAX`] nodes suffice for [`NODES_PER_EDGE`] on each.
 const CORNERS_MAX: usize = NODES_MAX / (2 * NODES_PER_EDGE);
 
 /// Length of the shortest accepted edge, in periods. Chosen: rounding determines the direction of much shorter ones.
@@ -23,8 +23,8 @@ const EDGE_MIN: f64 = 1e-9;
 
 /// One period of a relief: either smooth, or edges that meet in corners. Lengths are in µm.
 ///
-/// Light comes from above; z points up. Phases of the orders refer to the point x = 0, z = 0 of the coordinates in
-/// which the profile is given.
+/// Air lies above; z points up. Phases of the orders refer to the point x = 0, z = 0 of the coordinates in which the
+/// profile is given.
 ///
 /// ```
 /// use sunbeam_rigorous::Profile;
@@ -40,6 +40,7 @@ const EDGE_MIN: f64 = 1e-9;
 pub struct Profile {
     /// Period in µm.
     period: f64,
+    /// The curve.
     pub(crate) shape: Shape,
 }
 
@@ -64,7 +65,7 @@ impl Profile {
     /// The heights `height/2 · (1 + sin(2πx/period))` in µm. `height_um` is peak to valley, at least 0.
     ///
     /// # Errors
-    /// A period or height out of range, or a height above twice the period.
+    /// A period that is not finite and positive, a height outside of 0 to twice the period.
     pub fn sinusoid(period_um: f64, height_um: f64) -> Result<Self, Error> {
         let height = accepted_height(period_um, height_um)?;
         // c_0 and c_1 of `Shape::Smooth`, from sin φ = Re(−i e^{iφ}).
@@ -75,9 +76,10 @@ impl Profile {
     /// A sawtooth that rises along +x from 0 to `height_um`, and drops at the end of the period.
     ///
     /// # Errors
-    /// A period or height out of range, or a height above twice the period.
+    /// Those of [`Profile::sinusoid`], and a wall above 0 but shorter than 1e-9 periods.
     pub fn blazed(period_um: f64, height_um: f64) -> Result<Self, Error> {
         let height = accepted_height(period_um, height_um)?;
+        // A plane has no corners.
         if height == 0.0 {
             return Self::flat(period_um);
         }
@@ -88,7 +90,7 @@ impl Profile {
     /// 0 < `duty` < 1.
     ///
     /// # Errors
-    /// A period, height or duty out of range, or a height above twice the period.
+    /// Those of [`Profile::blazed`], a duty out of range, and a top or bottom shorter than 1e-9 periods.
     pub fn lamellar(period_um: f64, height_um: f64, duty: f64) -> Result<Self, Error> {
         let height = accepted_height(period_um, height_um)?;
         if !(duty > 0.0 && duty < 1.0) {
@@ -113,7 +115,8 @@ impl Profile {
     ///
     /// # Errors
     /// - [`Error::OutOfRange`]: a period that is not finite and positive, a relief deeper than twice the period.
-    /// - [`Error::Profile`]: no corner or more than 64, corners that are not finite or that coincide, x that decreases.
+    /// - [`Error::Profile`]: no corner or more than 64, corners that are not finite, x that decreases or exceeds the
+    ///   period, edges shorter than 1e-9 periods.
     pub fn polygon(period_um: f64, corners: &[[f64; 2]]) -> Result<Self, Error> {
         positive("period in µm", period_um)?;
         let refuse = |found: String| {
@@ -200,10 +203,10 @@ impl Profile {
         matches!(self.shape, Shape::Edges(_))
     }
 
-    /// Points `[x, z]` in µm along the curve, in order, dense enough to measure its length and height.
+    /// Points `[x, z]` in µm along the curve, in order, from which its length and height are measured.
     fn outline(&self) -> Vec<Point> {
-        /// Equal steps along the period of a smooth profile, or along each edge. The relative error of the length falls
-        /// as its inverse square.
+        /// Equal steps along x, over the period of a smooth profile or over each edge. The relative error of the length
+        /// falls as the inverse square of their number.
         const STEPS: usize = 256;
         match &self.shape {
             Shape::Smooth(harmonics) => (0..=STEPS)
@@ -253,7 +256,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn named_shapes_match_the_presets_of_height_fields() {
+    fn named_shapes_lie_as_documented() {
         let blazed = Profile::blazed(2.5, 0.25).unwrap();
         let Shape::Edges(edges) = &blazed.shape else { panic!("a sawtooth has corners") };
         assert_eq!(edges.len(), 2);

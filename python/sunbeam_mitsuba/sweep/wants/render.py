@@ -1,4 +1,4 @@
-"""A render of a Mitsuba scene file in which the case's surface replaces one of the BSDFs.
+"""A render of a Mitsuba scene file in which the surface of a sweep's case replaces one of the BSDFs.
 
 The XML of the scene is edited and given to Mitsuba as a text. The picture is the mean of several passes, each of which
 traces some of the samples per pixel.
@@ -24,8 +24,15 @@ from ..reflector import ReflectorError, mitsuba, one_line, one_thread, use_varia
 from .exposed import exposed
 from .want import Answer, Column, Options, Question, Want, WantError
 
-# Parameters that a given parameter removes from the scene's BSDF, which accepts only one of them.
-_REPLACED = {"preset": {"filename"}, "filename": {"preset"}, "material": {"eta", "k"}, "eta": {"material"}}
+# Parameters that a parameter of the case removes from the scene's BSDF, which refuses both together.
+_REPLACED = {
+    "preset": {"filename"},
+    "filename": {"preset"},
+    "material": {"eta", "k"},
+    "eta": {"material", "int_ior", "ext_ior"},
+    "int_ior": {"eta"},
+    "ext_ior": {"eta"},
+}
 # Largest number of paths in a pass, rounded up to whole samples per pixel: about 4 GB, since Mitsuba keeps about 1 kB a
 # path. Smaller values take less memory and more passes.
 _PATHS_PER_PASS = 1 << 22
@@ -48,7 +55,7 @@ class Render(Want):
     scene: str
     #: Absolute path of the scene's file.
     path: Path
-    #: SHA-256 of the scene's file.
+    #: SHA-256 of the scene's file, without the files that it names.
     digest: str
     #: Id of the replaced BSDF.
     bsdf: str
@@ -115,7 +122,7 @@ class Render(Want):
         return answer
 
     def _rendered(self, question: Question) -> Any:
-        """The picture of the scene with the case's surface, linear sRGB ``[height, width, 3]``.
+        """The picture by the scene's first sensor with the case's surface, linear sRGB ``[height, width, 3]``.
 
         Raises :class:`WantError` for too many paths, and :class:`ReflectorError` where Mitsuba fails.
         """
@@ -167,7 +174,7 @@ class Render(Want):
         return [self.spp // passes + (number < self.spp % passes) for number in range(passes)]
 
     def _scene_with(self, question: Question) -> str:
-        """The scene's XML with the case's surface in place of its BSDF."""
+        """The scene's XML with the case's surface in place of the BSDF of the id ``bsdf``."""
         root = ElementTree.parse(self.path).getroot()
         (bsdf,) = [element for element in root.iter("bsdf") if element.get("id") == self.bsdf]
         given = {name: value for name, value in question.parameters.items() if name not in LIGHT}
@@ -186,6 +193,9 @@ class Render(Want):
             elif isinstance(value, float):
                 # Mitsuba accepts a float for any spectrum. With the parameter `transmission`, `eta` must be a float.
                 kind, written = "float", repr(value)
+            elif isinstance(value, int):
+                # The number of a channel, or the index of a medium.
+                kind, written = "integer", str(value)
             else:
                 kind, written = "string", str(value)
             ElementTree.SubElement(bsdf, kind, {"name": name, "value": written})
