@@ -16,9 +16,9 @@ KERATIN = 1.56
 # equals `PIGMENT_SCALE` of the realtime renderer; no test compares them.
 PIGMENT_SCALE = 0.35
 
-# Parameters that each preset needs on the snake besides its name. At rotation 0 the relief's x axis is the mesh's
-# tangent, which runs from head to tail. The finger-like ridges of a skin's cells must point to the tail. The preset
-# `elaphe` has them along +y, so its relief is rotated by −90°.
+# Parameters of the plugin that each preset needs on the snake besides its name. At rotation 0 the relief's x axis is
+# the mesh's tangent, which runs from head to tail. The finger-like ridges of a skin's cells must point to the tail. The
+# preset `elaphe` has them along +y, so its relief is rotated by −90° (counter-clockwise is positive).
 PRESETS = {
     "blazed": {},
     "elaphe": {"rotation": -90.0},
@@ -26,16 +26,16 @@ PRESETS = {
     "cd": {},
 }
 
-# Length of the snake, and width of its sheet of scales around the body, in half scales. They are the defaults of
-# `sunbeam snake`. A scale of the skin is two half scales long and wide, and overlaps its neighbours.
+# Length of the snake, and width of its sheet of scales around the body, in half scales: a scale is two half scales long
+# and wide, and overlaps its neighbours. They are the defaults of `sunbeam snake`.
 ROWS = (27, 17)
-# Exponent p of the outline of a scale, |along|^p + |across|^p = 1 in half scales. It equals that of the mesh
+# Exponent p of a scale's outline towards the tail, along^p + |across|^p = 1 in half scales. It equals that of the mesh
 # (crates/realtime/src/snake/lattice.rs); no test compares them.
 OUTLINE = 1.4
 # Texels per half scale of the textures that vary from scale to scale. Larger values give smoother outlines.
 TEXELS = 48
-# Smallest and largest relative size of the relief on the scales, drawn uniformly from this range. A wider range varies
-# the colours more from scale to scale. Chosen by eye.
+# Smallest and largest size of the relief on the scales, relative to the preset. A wider range varies the colours more
+# from scale to scale. Chosen by eye.
 SIZES = (0.85, 1.0)
 # Standard deviation in degrees of the relief's angle on the scales. Larger values scatter the colours more. Chosen by
 # eye.
@@ -89,27 +89,26 @@ def scale_values(values: np.ndarray) -> np.ndarray:
     Row 0 is at v = 0, column 0 at u = 0.
 
     u runs along the body from head to tail, v around it. Scale (i, j), where i + j is even, has its centre at
-    u = i/ROWS[0], v = j/ROWS[1], and the number `values[i, j]`. i is from −1 to ROWS[0] + 1, and j from −1 to
-    ROWS[1] + 1; the outermost scales only touch the picture's edge. `values` has an entry for each index; its last row
-    and column are those of index −1. The scales form a regular lattice; the tips of the mesh's are displaced at random
-    by up to a twentieth of a half scale.
+    u = i/ROWS[0], v = j/ROWS[1], and the number `values[i, j]`. i is from 0 to ROWS[0], j from 0 to ROWS[1]; further
+    entries of `values` are ignored. The picture leaves out that the mesh displaces the tips of its scales at random, by
+    up to a twentieth of a half scale.
     """
     rows_u, rows_v = ROWS
     # Centres of the texels in half scales: y along v, x along u.
     y, x = (np.mgrid[: rows_v * TEXELS, : rows_u * TEXELS] + 0.5) / TEXELS
     picture = np.zeros_like(x)
     # A scale lies over those nearer to the tail, so it is painted after them.
-    for i in range(rows_u + 1, -2, -1):
-        for j in range(-1, rows_v + 2):
+    for i in range(rows_u, -1, -1):
+        for j in range(rows_v + 1):
             # No scale has its centre here.
             if (i + j) % 2:
                 continue
-            # The square of texels that the scale can cover: from one half scale before its centre to one beyond it.
-            rows, columns = (slice(max(k - 1, 0) * TEXELS, max(k + 1, 0) * TEXELS) for k in (j, i))
+            # The square of texels that the scale can cover: from one half scale before its centre to one beyond it,
+            # within the picture.
+            rows, columns = (slice(max(k - 1, 0) * TEXELS, (k + 1) * TEXELS) for k in (j, i))
             along, across = x[rows, columns] - i, np.abs(y[rows, columns] - j)
-            # The outline is an arc towards the tail, and parallel sides towards the head (lattice.rs).
-            in_arc = np.maximum(along, 0) ** OUTLINE + across**OUTLINE <= 1
-            inside = np.where(along > 0, in_arc, across <= 1)
+            # The outline is an arc towards the tail, and parallel sides, |across| = 1, towards the head (lattice.rs).
+            inside = np.maximum(along, 0) ** OUTLINE + across**OUTLINE <= 1
             picture[rows, columns] = np.where(inside, values[i, j], picture[rows, columns])
     return picture
 
@@ -117,11 +116,11 @@ def scale_values(values: np.ndarray) -> np.ndarray:
 def varied_skin(name: str) -> dict:
     """Parameters of the plugin for a preset whose relief varies at random in size and angle from scale to scale.
 
-    The plugin's parameter `scale` is the relative size of the relief.
+    The plugin's parameter `scale` is the relative size of the relief. Sizes are uniformly distributed, angles normally.
     """
     parameters = preset_skin(name)
     random = np.random.default_rng(SEED)
-    # One row and column for each index of `scale_values`, from −1 to ROWS + 1.
+    # Two rows and columns more than `scale_values` reads. Another shape would give the scales other random numbers.
     shape = (ROWS[0] + 3, ROWS[1] + 3)
     sizes, turns = random.uniform(*SIZES, shape), random.normal(parameters.get("rotation", 0.0), TURN_DEG, shape)
     return {**parameters, "scale": raw_texture(scale_values(sizes)), "rotation": raw_texture(scale_values(turns))}

@@ -35,11 +35,11 @@ ALPHA = 0.1
 # Mitsuba's type of the material with which all others are compared, and the material's name in results.
 REFERENCE = "roughconductor"
 
-# Cameras of the scenes. `BenchmarkScene.load` replaces their first two arguments, width and height in pixels.
-SPHERE_VIEW = View(48, 32, origin_cm=(0, -6, 2.5), target_cm=(0, 0, 0.8), fov_deg=30)
-SNAKE_VIEW = View(48, 32)
-DISC_VIEW = View(48, 32, origin_cm=(0, -16, 13), target_cm=(0, 0, 0), fov_deg=42)
-SCAN_VIEW = View(48, 32, origin_cm=(0, -0.7, 1.0), target_cm=(0, 0, 0), fov_deg=30)
+# Cameras of the scenes. `BenchmarkScene.load` sets their width and height in pixels.
+SPHERE_VIEW = View(origin_cm=(0, -6, 2.5), target_cm=(0, 0, 0.8), fov_deg=30)
+SNAKE_VIEW = View()
+DISC_VIEW = View(origin_cm=(0, -16, 13), target_cm=(0, 0, 0), fov_deg=42)
+SCAN_VIEW = View(origin_cm=(0, -0.7, 1.0), target_cm=(0, 0, 0), fov_deg=30)
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,9 @@ class BenchmarkScene:
     """A scene in which one object gets several materials in turn.
 
     `surfaces` has reliefs by name, as parameters of `diffraction`. `optics` is the medium, as parameters of both
-    `diffraction` and `roughconductor`. `build` makes the scene's dictionary from the object's BSDF, a view and the
-    samples per pixel, whose default is `spp`. `title` describes the scene in the documentation.
+    `diffraction` and `roughconductor`. `spp` is the default number of samples per pixel. `build` makes the scene's
+    dictionary from the object's BSDF, a view and the samples per pixel. `title` describes the scene in the
+    documentation.
     """
 
     name: str
@@ -63,7 +64,7 @@ class BenchmarkScene:
     extra: Callable[[], dict] = dict
 
     def bsdfs(self) -> dict[str, dict]:
-        """Dictionaries of the diffraction BSDFs by relief, then that of REFERENCE in the same medium."""
+        """Dictionaries of the diffraction BSDFs by relief, then of REFERENCE in the same medium without `extra`."""
         by_relief = {name: self.diffraction(surface) for name, surface in self.surfaces.items()}
         return {**by_relief, REFERENCE: {"type": REFERENCE, "alpha": ALPHA, **self.optics}}
 
@@ -79,13 +80,13 @@ class BenchmarkScene:
         return replace(self, surfaces=surfaces, optics=optics, extra=dict)
 
     def load(self, bsdf: mi.BSDF, size: tuple[int, int], spp: int | None = None) -> mi.Scene:
-        """The loaded scene; `size` is (width, height) in pixels, and `spp` the samples per pixel."""
+        """The loaded scene; `size` is (width, height) in pixels, `spp` the samples per pixel (None: the scene's)."""
         view = replace(self.view, width=size[0], height=size[1])
         return mi.load_dict(self.build(bsdf, view, spp or self.spp))
 
 
 def scenes() -> list[BenchmarkScene]:
-    """The sphere, the snake, the compact disc and the scan."""
+    """The sphere, the snake, the compact disc and the scan, in this order."""
     scan, scan_caption = scanned_surface()
     return [
         BenchmarkScene(
@@ -172,7 +173,7 @@ def disc_mesh() -> Path:
 def disc_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
     """The disc on the snake's soil, under a desk lamp and a faint sky.
 
-    The disc lies slightly above the soil, so light from the soil reaches its underside.
+    The disc lies slightly above the soil. Light from the soil reaches its underside, so the BSDF is made two-sided.
     """
     return {
         "type": "scene",

@@ -3,6 +3,7 @@
 //! | result | function | shared in this process |
 //! | --- | --- | --- |
 //! | heights | [`SurfaceConfig::height_field`], [`SurfaceConfig::raw_height_field`] | no |
+//! | profile of a grating | [`SurfaceConfig::profile`] | no |
 //! | scalar surface at wavelengths, without cover or transmission | [`SurfaceConfig::build`] | no |
 //! | scalar surface at wavelengths | [`SurfaceConfig::build_shared`] | yes |
 //! | scalar surface in linear sRGB | [`SurfaceConfig::build_shared_colours`] | yes |
@@ -19,11 +20,11 @@
 //! In a medium of index n the wavelength is λ/n. Tables are over λ, the wavelength in air. For a relief within a medium
 //! they are therefore built for the relief and the coherence window magnified n times. The medium is a cover
 //! ([`Cover`](crate::scattering::Cover)) or, for the scalar theory alone, the transparent body below. The solver of
-//! Maxwell's equations takes a body at its own size.
+//! Maxwell's equations takes the relief of a body at its own size.
 //!
 //! Under a cover, indices are relative to the cover's. The functions `…_inside` return magnified lengths and relative
-//! indices. Shared surfaces take directions inside the cover. Their callers apply [`SurfaceConfig::cover`], as
-//! [`BuiltSurface`] does.
+//! indices. Shared surfaces take directions inside the cover. Their callers convert directions and
+//! reflectances by [`SurfaceConfig::cover`], as [`BuiltSurface`] does.
 
 use super::{BuiltSurface, ConfigError, Source, SurfaceConfig, Theory};
 use crate::cache::{Cache, CacheError, Origin};
@@ -64,7 +65,8 @@ impl SurfaceConfig {
     /// The height field that the configuration names, levelled.
     ///
     /// # Errors
-    /// A configuration that [`SurfaceConfig::validate`] refuses, or a file that cannot be read.
+    /// A configuration that [`SurfaceConfig::validate`] refuses, a file that cannot be read, and heights that
+    /// [`HeightField::check_size`] refuses.
     pub fn height_field(&self) -> Result<HeightField, BuildError> {
         Ok(self.raw_height_field()?.field.levelled(self.level()))
     }
@@ -126,14 +128,14 @@ impl SurfaceConfig {
     pub fn inside(&self, field: HeightField) -> HeightField {
         match (self.magnification(), self.body()) {
             // The arguments of `resized` are factors on the pattern's size and on the heights. The relief of a body of
-            // index 1 does nothing, so it is flattened.
+            // index 1, that of air, has no effect, so it is flattened.
             (1.0, Some(_)) => field.resized(1.0, 0.0),
             (1.0, None) => field,
             (factor, _) => field.resized(factor, factor),
         }
     }
 
-    /// Coherence length in µm that belongs to [`SurfaceConfig::height_field_inside`], magnified like it.
+    /// Coherence length in µm, magnified like [`SurfaceConfig::height_field_inside`].
     pub fn coherence_length_inside(&self) -> f64 {
         self.coherence_length * self.magnification()
     }
@@ -259,8 +261,8 @@ impl SurfaceConfig {
     /// The profile, magnified by `factor`.
     fn magnified_profile(&self, factor: f64) -> Result<Profile, BuildError> {
         self.validate()?;
-        // Presets of gratings have an exact profile, whose shape these levels keep. `scale` and `depth` are applied
-        // here; `height_field` applies them itself.
+        // Presets of gratings have an exact profile. These levels change at most its offset, which has no effect; other
+        // levels take the sampled heights. `scale` and `depth` are applied here; `height_field` applies them itself.
         if let (Source::Preset(preset), Level::None | Level::Mean) = (self.source(), self.level()) {
             if let Some((default_period_um, default_height_um)) = preset.defaults_um() {
                 let period_um = self.period.unwrap_or(default_period_um) * self.scale * factor;
@@ -289,19 +291,19 @@ impl SurfaceConfig {
         Ok(cache.shared_grating(&profile, body, self.grating_coherence_um(), self.build_limit, progress)?)
     }
 
-    /// The body that carries a grating's relief: one of the configuration's index that transmits, or a reflector of
-    /// `index`, which is relative to the cover's.
+    /// The body that carries a grating's relief: the configuration's transparent body, or else a reflector of `index`,
+    /// which is relative to the cover's.
     fn grating_body<'a>(&self, index: Option<&'a SpectralIndex>) -> GratingBody<'a> {
         match self.body() {
             None => GratingBody::Reflector(index),
-            // Index 1 has no total reflection, which the tables of `Interface` need. Light below is in air, as below a
-            // film.
+            // The tables of `Interface` need total reflection, which index 1 does not have. A film serves, since its
+            // light leaves into air, too.
             Some(body) if body.is_film || body.eta == 1.0 => GratingBody::Film(body.eta),
             Some(body) => GratingBody::Interface(body.eta),
         }
     }
 
-    /// Coherence length in µm that belongs to [`SurfaceConfig::profile_inside`], magnified like it.
+    /// Coherence length in µm, magnified like [`SurfaceConfig::profile_inside`].
     pub fn grating_coherence_um(&self) -> f64 {
         self.coherence_length * self.eta_above()
     }
@@ -371,7 +373,7 @@ impl SurfaceConfig {
     /// ([`HeightField::with_holes`] fills them). The rigorous theory takes the heights as one period of a grating.
     ///
     /// # Errors
-    /// A configuration with parameters of presets or files, a range of heights or pixels beyond a millimetre, and the
+    /// A configuration with parameters of presets or files, heights that [`HeightField::check_size`] refuses, and the
     /// errors of the build.
     pub fn build_of(&self, heights: &HeightField, cache: &Cache) -> Result<(BuiltSurface, Origin), BuildError> {
         self.validate_for_array()?;

@@ -11,7 +11,8 @@ use sunbeam::scattering::{Options, TransparentBody};
 use sunbeam::table::{Model, Progress};
 use sunbeam_realtime::{AdapterChoice, Gpu, Optics, Query, Renderer, Shader, TonePass};
 
-/// Period of the grating in µm. Short periods have few orders, so the table is built fast. Only its shader matters.
+/// Period of the grating in µm. Short periods have few orders, so the table is built fast. The shader is the same for
+/// all.
 const GRATING_PERIOD_UM: f64 = 0.3;
 /// Height of the grating in µm. Shallow gratings are solved faster.
 const GRATING_HEIGHT_UM: f64 = 0.05;
@@ -65,6 +66,7 @@ pub(crate) fn run(args: &AdapterArgs) -> Outcome {
     let gpu = realtime::open(args.adapter)?;
     let (shaders, last_shader) = compile_all(&gpu)?;
     let info = gpu.device().adapter_info();
+    // Fields are evaluated in this order: the device is destroyed last.
     print_json(&Report {
         adapter: gpu.adapter(),
         backend: gpu.backend(),
@@ -88,7 +90,7 @@ fn compile_all(gpu: &Gpu) -> Result<(Vec<CompiledShader>, Shader), Box<dyn Error
         Ok(gpu.check()?)
     })?;
     let field = Preset::Sinusoidal.build(None, None)?;
-    // The published methods accept no other model.
+    // The published methods accept neither the other model nor energy conservation.
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
     // Compiles the shader of one method.
     let mut shade = |name: &str, method: &dyn Method| {
@@ -102,8 +104,9 @@ fn compile_all(gpu: &Gpu) -> Result<(Vec<CompiledShader>, Shader), Box<dyn Error
     shade("stam of GPU Gems", &*build(MethodKind::Stam, &field, &patch, &gems)?)?;
     let conserving = build(MethodKind::Table, &field, &Options::default(), &MethodOptions::default())?;
     shade("table that keeps energy", &*conserving)?;
-    let body = TransparentBody::new(1.5, true, patch.coherence_length_um);
-    let film = Options { body: Some(body), ..patch };
+    // The shader does not depend on the heights, so `field` is not magnified by the index, as a film's should be.
+    let is_film = true;
+    let film = Options { body: Some(TransparentBody::new(1.5, is_film, patch.coherence_length_um)), ..patch };
     shade("table of a film", &*build(MethodKind::Table, &field, &film, &MethodOptions::default())?)?;
     let last_shader = shade("grating by Maxwell's equations", &grating()?)?;
     Ok((compiled, last_shader))
@@ -130,7 +133,7 @@ fn timed<T>(
     Ok(result)
 }
 
-/// Destroys the device and submits a query, which must fail. Returns its error message on one line.
+/// Destroys the device and submits a query, which must fail. Returns the query's error message on one line.
 ///
 /// # Errors
 /// A query that is answered although the device is destroyed.

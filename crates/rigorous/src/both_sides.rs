@@ -24,9 +24,9 @@ pub struct BothSides {
 /// All propagating orders on both sides of a dielectric of index `eta`, for light of a wavelength (nm) from `wi`.
 ///
 /// `wi` is a unit vector away from the relief, towards the light. Where its z is negative, light comes from below, and
-/// `wi` is a direction within the medium. Order m satisfies `k·n·direction.x = −k·n'·wi.x + 2πm/period`, with the
-/// refractive index n of the order's medium and n' of the medium of the incident light. Balance and reciprocity are
-/// checked as by [`solve_orders`](crate::solve_orders).
+/// `wi` is a direction within the medium. Order m satisfies `k·n·direction.x = −k·n'·wi.x + 2πm/period`. Here k is the
+/// wave number in vacuum, n the refractive index of the order's medium, and n' that of the incident light's medium.
+/// Balance and reciprocity are checked as by [`solve_orders`](crate::solve_orders).
 ///
 /// ```
 /// use sunbeam_rigorous::{Profile, solve_both_sides};
@@ -59,18 +59,18 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
     let period = profile.period_um();
     // Order 0 has the wave number 2πb/d = −k·n'·wi.x along x.
     let b = -wi[0] * eta_in * k * period / TAU;
-    // Squared wave number in the xz plane: κ² for light from above, κm² from below, where κ² = κm² − (eta² − 1)k². κ²
-    // is negative for some light that is totally reflected. Computed from x and z, the square keeps its digits for
-    // light along the grooves.
+    // Squared wave number in the xz plane of the incident light's medium: κ² above, κm² below. Computed from x and z,
+    // it keeps its digits for light along the grooves.
     let incident_squared = (eta_in * k).powi(2) * (wi[0] * wi[0] + wi[2] * wi[2]);
+    // κ² = κm² − (eta² − 1)k², negative for some light that is totally reflected.
     let kappa_squared =
         if side == Side::Above { incident_squared } else { incident_squared - (eta * eta - 1.0) * k * k };
-    // The last argument, |ky|/k, exceeds 1 where κ² is negative. The check accepts at most 1, and is the stricter the
-    // smaller this argument. Its estimate of the cost is not needed.
+    // The last argument, |ky|/k, exceeds 1 where κ² is negative. The check accepts at most 1, and is stricter for
+    // smaller values.
     check_size(profile, &medium, wavelength_nm, (wi[1] * eta_in).abs().min(1.0))?;
     let resolution = Resolution::new(profile, &medium, wavelength_nm)?;
     let (forward, nodes, [balance_error, reciprocity_error]) = on_sufficient_nodes(profile, resolution, |mesh| {
-        let solve = |b: f64| Air::at_kappa_squared(mesh, kappa_squared, b)?.scatter(eta, wavelength_nm);
+        let solve = |phase: f64| Air::at_kappa_squared(mesh, kappa_squared, phase)?.scatter(eta, wavelength_nm);
         // Reversed paths have the Bloch phase −b.
         let (forward, reversed) = (solve(b)?, solve(-b)?);
         let errors = [forward.balance_error(), forward.reciprocity_error(&reversed)];
@@ -85,12 +85,13 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
 }
 
 /// Lists the orders on one side, for light in the channel `incident`. `wave_number` is that of the side's medium
-/// (rad/µm), `y` the y of all directions there. Jones matrices of `scattering` are those for ky ≥ 0.
+/// (rad/µm), `y` the y component of all directions there. Jones matrices of `scattering` are those for ky ≥ 0.
 fn orders_on(scattering: &Scattering, side: Side, incident: Channel, wave_number: f64, y: f64) -> Vec<Order> {
     let waves = scattering.alpha_per_um(side).iter().zip(scattering.beta_per_um(side));
     let orders = scattering.orders(side).iter().zip(waves);
     orders
         .map(|(&index, (alpha, beta))| {
+            // `wi` has the opposite sign of y.
             let jones = flipped(scattering.jones(Channel { side, order: index }, incident), -y);
             let z = if side == Side::Above { beta / wave_number } else { -beta / wave_number };
             Order { index, direction: [alpha / wave_number, y, z], jones }

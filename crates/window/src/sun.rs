@@ -1,9 +1,9 @@
-//! The direction of the sun, and the widgets that change it.
+//! The direction of the sun, and the widgets that change it. A *point* is egui's unit of length, a logical pixel.
 
 use eframe::egui::{self, Color32, Pos2, Sense, Stroke, Vec2};
 use sunbeam_realtime::{DEGREES_PER_POINT, GpuError, Light};
 
-/// Side in points of the widget with the disc of the sky.
+/// Side in points of the square widget with the disc of the sky ([`Sun::disc`]).
 const WIDGET_POINTS: f32 = 92.0;
 /// Radius of the sun in points.
 const SUN_RADIUS_POINTS: f32 = 6.0;
@@ -13,7 +13,7 @@ const DISC_RADIUS_POINTS: f32 = 0.5 * WIDGET_POINTS - SUN_RADIUS_POINTS - 1.0;
 /// Direction of the sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sun {
-    /// Azimuth in degrees, counter-clockwise from +x seen from above, −180 to 180.
+    /// Azimuth in degrees, counter-clockwise from +x seen from above, from −180 to below 180.
     azimuth_deg: f64,
     /// Elevation in degrees, [`Light::ELEVATION_MIN_DEG`] to 90.
     elevation_deg: f64,
@@ -49,6 +49,7 @@ impl Sun {
     }
 
     /// Shows the widgets: the sky seen from above with a sun to drag and the viewer at the lower edge, and the angles.
+    /// `camera_azimuth_deg` is the camera's azimuth seen from its target, measured like the sun's.
     pub(crate) fn show(&mut self, ui: &mut egui::Ui, camera_azimuth_deg: f64) {
         ui.horizontal(|ui| {
             self.disc(ui, camera_azimuth_deg);
@@ -94,7 +95,8 @@ impl Sun {
         Vec2::new((radius * sin) as f32, (radius * cos) as f32)
     }
 
-    /// The sun at a position in the unit disc; inverse of [`Sun::position`]. Positions beyond the edge count as on it.
+    /// The sun at a position in the unit disc; inverse of [`Sun::position`], except for the azimuth of a sun in the
+    /// zenith. Positions beyond the edge count as on it.
     fn from_disc(position: Vec2, camera_azimuth_deg: f64) -> Self {
         let azimuth = f64::from(position.x.atan2(position.y)).to_degrees();
         Self::new(azimuth + camera_azimuth_deg, f64::from(position.length().min(1.0).acos()).to_degrees())
@@ -119,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn elevations_stay_above_the_horizon_and_below_the_zenith() {
+    fn elevations_stay_between_the_horizon_and_the_zenith() {
         let mut sun = Sun::from(&Light::default());
         sun.turn(1e3, -1e3);
         assert_eq!(sun.elevation_deg, 90.0);

@@ -1,5 +1,4 @@
-//! Text exported by NanoScope Analysis: the header of its binary files, then titles of the channels and their columns
-//! of numbers.
+//! Text exported by NanoScope Analysis: the header of its binary files, then an optional line of titles, and numbers.
 
 use super::super::channel::{self, Channel};
 use super::super::nanoscope::{pixel_size, sections};
@@ -15,21 +14,21 @@ pub(super) fn is_export(lines: &[Line]) -> bool {
     lines.iter().find(|(_, text)| !text.trim().is_empty()).is_some_and(|(_, text)| is_header(text))
 }
 
-/// Whether a line belongs to the header, which has a backslash before each line.
+/// Whether a line belongs to the header, whose lines begin with a backslash and may be in quotes.
 fn is_header(text: &str) -> bool {
     text.trim_start_matches('"').starts_with('\\')
 }
 
-/// Reads the channel that `channel_option` names, or the default one of `channel.rs`.
+/// Reads the channel that `channel_option` names (number from 1, or title), or the default one of `channel.rs`.
 ///
-/// Numbers come in one of two layouts: ny lines of nx numbers (a matrix) for a single channel, or nx·ny lines with one
-/// number for each channel. Both begin with the bottom row of the scan.
+/// The header gives nx points a row and ny rows. Numbers come in one of two layouts: ny lines of nx numbers (a matrix)
+/// for a single channel, or nx·ny lines with one number for each channel. Both begin with the bottom row of the scan.
 pub(super) fn parse(lines: &[Line], channel_option: Option<&str>) -> Parsed {
     let header: Vec<&str> =
-        lines.iter().map(|(_, text)| text.trim_matches('"')).filter(|text| text.starts_with('\\')).collect();
+        lines.iter().filter(|(_, text)| is_header(text)).map(|(_, text)| text.trim_matches('"')).collect();
     let header = header.join("\n");
     let header_sections = sections(&header);
-    // All channels have the size of the first image.
+    // All channels have the size of the first image, since they share the lines.
     let image = header_sections.iter().find(|section| section.is_image()).ok_or("its header describes no image")?;
     let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
     let mut body: Vec<Line> =
@@ -65,8 +64,8 @@ pub(super) fn parse(lines: &[Line], channel_option: Option<&str>) -> Parsed {
     Ok(if name.is_empty() { raw } else { raw.channel(name, channel_option) })
 }
 
-/// Title and unit of a column by its index from 0, from titles such as `Height_Sensor(nm)`. Either may be empty. Empty
-/// titles do not count.
+/// Title and unit of a column by its index from 0, from titles such as `Height_Sensor(nm)`. What is missing is empty.
+/// Empty titles do not count, since lines may end with a separator.
 fn title_and_unit(titles: &str, column: usize) -> (String, String) {
     let cell =
         titles.split(['\t', ',', ';']).map(str::trim).filter(|cell| !cell.is_empty()).nth(column).unwrap_or_default();
@@ -76,7 +75,7 @@ fn title_and_unit(titles: &str, column: usize) -> (String, String) {
     (cell[..start].trim().replace('_', " "), unit.to_owned())
 }
 
-/// One channel for each of `columns` columns, numbered from 1.
+/// A channel for each of `columns` columns, numbered from 1, with its title and unit.
 fn column_channels(titles: &str, columns: usize) -> Vec<Channel> {
     let channel = |column: usize| {
         let (title, unit) = title_and_unit(titles, column);
