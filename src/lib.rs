@@ -59,8 +59,9 @@
 //! | [`methods`] | the reflectance as the realtime renderer evaluates it, in Rust and WGSL |
 //! | [`config`] | a surface's parameters and defaults |
 //!
-//! Three modules stand outside this order: [`colour`] (spectra to sRGB), [`numeric`] (number types over which evaluators are
-//! generic: plain, SIMD, and those of the Mitsuba plugin), and `cache` (tables on disk, feature `cache`).
+//! Three modules stand outside this order: [`colour`] (spectra to sRGB), [`numeric`] (number types over which
+//! evaluators are generic: plain, SIMD, and those of the Mitsuba plugin), and `cache` (tables on disk; feature
+//! `cache`).
 //!
 //! The command line, the Mitsuba plugin, the C interface and the realtime renderer are separate packages, which depend
 //! on this library.
@@ -73,8 +74,8 @@
 //! - Lengths on the surface are in µm and wavelengths in nm. Only in the equations of this page is λ in µm.
 //! - Heights `h` grow along the normal, columns of a height field along +x and rows along +y.
 //! - The phase rate is `κ = 2πw/λ` in rad per µm of height. A tile (one period of the relief) of `Lx` by `Ly` has the
-//!   order amplitudes `c_j(κ) = mean over the tile of exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))`, with a positive sign of the
-//!   exponent. Order `j = (jx, jy)` leaves at `u = λ·jx/Lx`, `v = λ·jy/Ly`. Order 0 of a flat tile has the amplitude 1.
+//!   order amplitudes `c_j(κ) = mean over the tile of exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))`: the exponent's sign is
+//!   positive. Order `j = (jx, jy)` leaves at `u = λ·jx/Lx`, `v = λ·jy/Ly`. Order 0 of a flat tile has the amplitude 1.
 //! - Bins of a two-dimensional transform are stored `[jy][jx]`, non-negative orders first (FFT order).
 //! - The reflectance `f_r` is in 1/sr and does not contain the cosine; a `pdf` is per solid angle.
 //!

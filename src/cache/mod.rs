@@ -190,8 +190,8 @@ impl Cache {
 
     /// The surface of `field` with colours in linear sRGB under D65; shared as by [`Cache::shared_surface`].
     ///
-    /// The colours include the Fresnel reflectance or small-slope factor for the refractive index `index`; `None` leaves
-    /// it out.
+    /// The colours include the Fresnel reflectance or small-slope factor for the refractive index `index`; `None`
+    /// leaves it out.
     ///
     /// # Errors
     /// The errors of [`ColourSurface::new`].
