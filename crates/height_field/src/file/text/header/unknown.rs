@@ -49,9 +49,9 @@ impl Header {
     /// Interprets the lines that Gwyddion writes for a matrix: channel, width, height, and unit of the values.
     ///
     /// The first two consecutive lines with lengths are the width and the height. The channel is the line before them,
-    /// the unit the line after them, if these are consecutive, too. A channel that is known from an English key is kept.
-    /// Where the unit is known, the line after them is left over. Without two such lines, or with a known extent along
-    /// either axis, nothing is interpreted.
+    /// the unit the line after them, if these are consecutive, too. A channel known from an English key is kept. Where
+    /// the unit is known, the line after them is left over. Without two such lines, or with a known extent along either
+    /// axis, nothing is interpreted.
     ///
     /// # Errors
     /// A unit of the values that is not a length.
