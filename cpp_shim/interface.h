@@ -18,7 +18,7 @@ namespace dr = drjit;
 ///
 /// Small-slope symbols and formulas follow the Rust core, src/scattering/small_slope.rs; tests/test_twins.py compares
 /// both for unpolarised light. The amplitudes are 2 √(q q0) / w · B. The first letter of a subscript is the
-/// outgoing state, the second the incident state, and a suffix 0 marks quantities of `from`:
+/// outgoing state (s or p), the second the incident state, and a suffix 0 marks quantities of `from`:
 ///
 ///     B_ss = −(ε − 1) cos/(s s0)         B_sp = (ε − 1) t0 sin/(s p0)
 ///     B_ps = (ε − 1) t sin/(p s0)        B_pp = (ε − 1) (t t0 cos − ε sines)/(p p0)
@@ -48,7 +48,8 @@ public:
     using Mask                = dr::mask_t<Float>;
 
     /// `index` is eta + ik. `small_slope` selects Q instead of R. `perfect` selects Q of a perfect conductor, which
-    /// does not depend on the index; R of a perfect conductor follows from an index of 0 + i.
+    /// does not depend on the index. It does not affect R, which is 1 for an index of 0 + i, with the phases of that
+    /// index.
     Interface(const Complex &index, bool small_slope, bool perfect)
         : m_index(index), m_epsilon(dr::square(index)), m_small_slope(small_slope), m_perfect(perfect) {}
 
@@ -60,7 +61,8 @@ public:
     }
 
     /// Mueller matrix of light that arrives along `-from` and leaves along `to`, between the frames of reference that
-    /// Mitsuba assigns to these directions (`stokes_basis`).
+    /// Mitsuba assigns to these directions (`stokes_basis`). All functions of matrices are instantiated only in
+    /// polarised variants, where `Spectrum` is a Mueller matrix.
     Spectrum mueller(const Vector3f &from, const Vector3f &to) const {
         Spectrum matrix;
         Vector3f s_in, s_out;
@@ -121,7 +123,7 @@ private:
     /// Smallest squared length of a tangential vector that has an azimuth. Chosen: it only keeps the square, and its
     /// reciprocal root, a normal number in single precision.
     static constexpr float TANGENT_SQUARED_MIN = 1e-24f;
-    /// Smallest argument of a square root that is not a divisor: the root has no derivative at zero.
+    /// Smallest argument of the square root of `sines`, which has no derivative at zero.
     static constexpr float ROOT_MIN = 1e-24f;
     /// Smallest product of sines as a divisor, equal to SINES_MIN of src/scattering/small_slope.rs.
     static constexpr float SINES_MIN = 1e-6f;
@@ -152,8 +154,9 @@ private:
         Float sin() const { return in.x() * out.y() - in.y() * out.x(); }
     };
 
-    /// Terms of one direction with cosine q: `t` is the normal component √(ε − 1 + q²) of the transmitted wave vector,
-    /// `s` the denominator q + t of s polarisation, and `p` the denominator εq + t of p polarisation.
+    /// Terms of one direction with cosine q: `t` is the normal component √(ε − 1 + q²) of the transmitted wave vector
+    /// over the wave number above the surface, `s` the denominator q + t of s polarisation, and `p` the denominator
+    /// εq + t of p polarisation.
     struct Terms {
         Complex t, s, p;
 
@@ -201,20 +204,20 @@ private:
         auto rcp_squared = [](const Complex &z) {
             return dr::rcp(dr::maximum(dr::squared_norm(z), DIVISOR_SQUARED_MIN));
         };
-        const UnpolarizedSpectrum s = rcp_squared(out.s), s0 = rcp_squared(in.s), p = rcp_squared(out.p),
-                                  p0 = rcp_squared(in.p);
+        const UnpolarizedSpectrum per_s = rcp_squared(out.s), per_s0 = rcp_squared(in.s), per_p = rcp_squared(out.p),
+                                  per_p0 = rcp_squared(in.p);
         // Numerator of B_pp without the factor ε − 1.
         const Complex pp = out.t * in.t * UnpolarizedSpectrum(cos) - m_epsilon * UnpolarizedSpectrum(sines);
         // |B_ss|² + |B_pp|² and |B_sp|² + |B_ps|², over |ε − 1|².
-        const UnpolarizedSpectrum straight = cos_squared * s * s0 + dr::squared_norm(pp) * p * p0;
+        const UnpolarizedSpectrum straight = cos_squared * per_s * per_s0 + dr::squared_norm(pp) * per_p * per_p0;
         const UnpolarizedSpectrum crossed =
-            sin_squared * (dr::squared_norm(out.t) * p * s0 + dr::squared_norm(in.t) * p0 * s);
+            sin_squared * (dr::squared_norm(out.t) * per_p * per_s0 + dr::squared_norm(in.t) * per_p0 * per_s);
         return dr::squared_norm(m_epsilon - 1.f) * (straight + crossed) * (2.f * product / (w * w));
     }
 
     /// Mueller matrix of the amplitudes that `small_slope_amplitudes` in src/scattering/small_slope.rs computes.
     /// The first axes of its frames of reference are the s axes: z × `azimuth.in` for the incident light and
-    /// z × `azimuth.out` for the outgoing light. Instantiated only in polarised variants.
+    /// z × `azimuth.out` for the outgoing light.
     Spectrum small_slope_matrix(const Vector3f &from, const Vector3f &to, const Azimuth &azimuth) const {
         const Float q0 = cosine(from), q = cosine(to), product = q * q0, w = q + q0;
         // Square of the common factor 2 √(q q0) / w of the amplitudes.

@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import drjit as dr
 import mitsuba as mi
+from mitsuba.chi2 import ChiSquareTest
 
 # Default for the four wavelengths that one spectral path carries: arbitrary values, spread over the visible range. The
 # BSDF's density for such a path is the mean of the densities at the four wavelengths.
@@ -20,7 +21,7 @@ class HemisphereDomain:
 
     The class has the interface of the domains of `mitsuba.chi2`: the bounds and the aspect ratio of a rectangle, and
     the maps from it to directions and back. Unlike Mitsuba's `SphericalDomain`, it does not distort orders near the
-    normal, and its edge is the horizon.
+    normal, and its edge is the horizon. Samples below the horizon fall outside the square and fail the test.
     """
 
     def bounds(self):
@@ -63,17 +64,16 @@ class SphereDomain(HemisphereDomain):
 def chi_square_test(sample_func: Callable, pdf_func: Callable, domain=None, **options):
     """A `ChiSquareTest`, not yet run, of samples `sample_func(u) -> (wo, pdf)` against the density `pdf_func(wo)`.
 
-    The test is run by its method `run`. The default domain is `HemisphereDomain()`. `u` has three uniform random
-    numbers per sample; `wo` is a unit vector whose z is along the normal. Densities are in 1/sr. `options` are further
-    arguments of `ChiSquareTest`, such as `sample_count` and `res`.
+    The test is run by its method `run`. `domain` is `HemisphereDomain()` by default, and `SphereDomain()` for functions
+    with both sides. `u` has three uniform random numbers per sample; `wo` is a unit vector whose z is along the normal.
+    Densities are in 1/sr. `options` are further arguments of `ChiSquareTest`, such as `sample_count` and `res`.
     """
-    from mitsuba.chi2 import ChiSquareTest
 
     def weighted_samples(u):
         wo, pdf = sample_func(u)
         # A sample of density 0 has no direction: its wave is beyond the horizon. It gets weight 0, and the normal as a
-        # direction that the domain can map. All others get weight 1, even where the BSDF is 0: Mitsuba's own
-        # `BSDFAdapter` would drop those, but the density includes them.
+        # direction that the domain can map. All others get weight 1. Mitsuba's own `BSDFAdapter` would drop samples
+        # where the BSDF is 0, but the density includes them.
         is_valid = pdf > 0
         return dr.select(is_valid, wo, mi.Vector3f(0, 0, 1)), dr.select(is_valid, mi.Float(1), 0)
 
@@ -92,8 +92,9 @@ def bsdf_test(bsdf: mi.BSDF, wi, pdf_of: mi.BSDF | None = None, nm=WAVELENGTHS_N
 
     `wi` is the incident direction, a unit vector in the local frame that points away from the surface. The density is
     that of the BSDF `pdf_of`, by default of `bsdf` itself; another one makes a negative control. `nm` are the path's
-    four wavelengths in nm; RGB variants ignore them. `options` replace the defaults: 200 000 samples, 75 cells along
-    each side of the domain (`res`), and 24 intervals of quadrature along each side of a cell (`ires`).
+    four wavelengths in nm, for spectral variants. `options` are those of `chi_square_test`, with the defaults
+    200 000 samples, 75 cells along y and 75 over the aspect ratio along x (`res`), and 24 quadrature points along
+    each side of a cell (`ires`).
     """
     ctx = mi.BSDFContext()
 

@@ -49,18 +49,19 @@
 //! | --- | --- |
 //! | [`height_field`] | heights from presets and files |
 //! | [`transform`] | Fourier transforms of the phase screen `exp(iκh)` of heights `h` |
-//! | [`table`] | the power spectrum `S(f; κ)` over spatial frequencies and phase rates |
+//! | [`table`] | the power spectrum `S(f; κ)` over spatial frequencies `f = (u, v)/λ` and phase rates `κ` |
 //! | [`colour_table`] | the reflectance in linear sRGB over the scattering vector |
 //! | [`scattering`] | factors of a pair of directions: scattering vector, obliquity, Fresnel |
 //! | [`sampling`] | sampling of outgoing directions, and its density |
 //! | [`energy`] | the albedo, by which the reflectance is divided to conserve energy |
 //! | [`lobe`] | the BSDF that renderers evaluate and sample, by scalar theory |
 //! | `grating` | the BSDF of a grating by Maxwell's equations (feature `rigorous`) |
-//! | [`methods`] | methods of the realtime renderer, in Rust and WGSL |
+//! | [`methods`] | the reflectance as the realtime renderer evaluates it, in Rust and WGSL |
 //! | [`config`] | a surface's parameters and defaults |
 //!
-//! Three modules serve the others: [`colour`] (spectra to sRGB), [`numeric`] (number types over which evaluators are
-//! generic: plain, SIMD, and those of the Mitsuba plugin), and `cache` (tables on disk, feature `cache`).
+//! Three modules stand outside this order: [`colour`] (spectra to sRGB), [`numeric`] (number types over which
+//! evaluators are generic: plain, SIMD, and those of the Mitsuba plugin), and `cache` (tables on disk; feature
+//! `cache`).
 //!
 //! The command line, the Mitsuba plugin, the C interface and the realtime renderer are separate packages, which depend
 //! on this library.
@@ -70,10 +71,11 @@
 //! - Local frame: z is the normal, x the tangent, y the bitangent. `wi` and `wo` have unit length and point away from
 //!   the surface, to the light and to the viewer.
 //! - The scattering vector `q = wi + wo = (u, v, w)`: `u = wi.x + wo.x`, `v = wi.y + wo.y`, `w = cosθi + cosθo`.
-//! - Lengths on the surface are in µm, wavelengths in nm at every interface.
-//! - The phase rate is `κ = 2πw/λ` in rad per µm of height, with λ in µm. A tile of `Lx` by `Ly` has the order
-//!   amplitudes `c_j(κ) = mean over the tile of exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))`, with a positive sign of the
-//!   exponent. Order `j = (jx, jy)` leaves at `u = λ·jx/Lx`, `v = λ·jy/Ly`. Order 0 of a flat tile has the amplitude 1.
+//! - Lengths on the surface are in µm and wavelengths in nm. Only in the equations of this page is λ in µm.
+//! - Heights `h` grow along the normal, columns of a height field along +x and rows along +y.
+//! - The phase rate is `κ = 2πw/λ` in rad per µm of height. A tile (one period of the relief) of `Lx` by `Ly` has the
+//!   order amplitudes `c_j(κ) = mean over the tile of exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))`: the exponent's sign is
+//!   positive. Order `j = (jx, jy)` leaves at `u = λ·jx/Lx`, `v = λ·jy/Ly`. Order 0 of a flat tile has the amplitude 1.
 //! - Bins of a two-dimensional transform are stored `[jy][jx]`, non-negative orders first (FFT order).
 //! - The reflectance `f_r` is in 1/sr and does not contain the cosine; a `pdf` is per solid angle.
 //!

@@ -5,8 +5,8 @@ order's light on the screen; its position is compared with the grating equation.
 are defined in mitsuba_scenes/laboratory.py. Each sample is rendered in white light for the page, and at three
 wavelengths for the positions of its spots.
 
-Orders of an *ensemble* (docs/model.md#coherence) have Gaussian lobes, whose standard deviation in spatial frequency is
-1/(2√2·π·s); s is a quarter of the coherence length.
+Orders of an *ensemble* (docs/model.md#coherence), the plugin's default model, have Gaussian lobes. Their standard
+deviation in spatial frequency is 1/(2√2·π·s); s is a quarter of the coherence length.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ DRAWN = Bench(theta_i_deg=45.0, tilt_deg=45.0, distance_mm=60.0, width_mm=130.0,
 DRAWN_FROM_LEFT = replace(DRAWN, theta_i_deg=-45.0, tilt_deg=-45.0)
 # The set-up with a wider screen for skins.
 SKIN_BENCH = Bench()
-# The set-up with a wider screen for the blazed grating. The screen is lower, since its orders lie in one row.
+# The set-up with a wider screen for the blazed grating, whose orders lie in one row: a low screen suffices.
 BLAZED_BENCH = Bench(height_mm=120.0)
 
 
@@ -74,15 +74,15 @@ BLAZED_BENCH = Bench(height_mm=120.0)
 class Sample:
     """A surface on the bench.
 
-    `skin` has parameters of the plugin. `orders` are measured, `marked` are marked on the picture. `clipped` is the
-    fraction of lit pixels that the picture's exposure clips. `window_per_um` is the standard deviation in cycles per µm
-    of the Gaussian weight of a spot's centroid. `axis` is the axis of the heights, "x" or "y", whose period lies in the
-    plane of incidence after the skin's rotation.
+    `parameters` are the plugin's. `orders`, without 0, are measured; `marked` are marked on the picture. `clipped` is
+    the fraction of lit pixels that the picture's exposure clips. `window_per_um` is the standard deviation in cycles
+    per µm of the Gaussian weight of a spot's centroid. `axis` is the axis of the heights, "x" or "y", whose period lies
+    in the plane of incidence after the rotation by `parameters`.
     """
 
     name: str
     title: str
-    skin: dict
+    parameters: dict
     bench: Bench
     orders: tuple[int, ...]
     window_per_um: float = LOBE_PER_UM
@@ -93,7 +93,7 @@ class Sample:
     @property
     def is_scan(self) -> bool:
         """Whether the surface is a measured height field."""
-        return "filename" in self.skin
+        return "filename" in self.parameters
 
 
 def samples() -> list[Sample]:
@@ -141,13 +141,13 @@ def scans() -> list[Sample]:
         if not path.exists():
             print(f"NOT MEASURED: no scan at {path}, so there is no measured {name} on the bench", flush=True)
             continue
-        skin = scanned_skin(path)
-        skin["rotation"] = -period(skin, axis)["direction_deg"]
+        parameters = scanned_skin(path)
+        parameters["rotation"] = -period(parameters, axis)["direction_deg"]
         found.append(
             Sample(
                 f"{path.stem}-scan",
                 f"{name}, scan",
-                skin,
+                parameters,
                 SKIN_BENCH,
                 orders=(-1, 1),
                 window_per_um=SCAN_LOBE_PER_UM,
@@ -157,21 +157,21 @@ def scans() -> list[Sample]:
     return found
 
 
-def period(skin: dict, axis: str) -> dict:
+def period(parameters: dict, axis: str) -> dict:
     """The dominant period along `axis` of the heights: `period_um`, and `direction_deg` of its wave vector from +x.
 
-    The rotation of the skin is ignored.
+    `parameters` are the plugin's; their rotation is ignored.
     """
-    relief = {name: value for name, value in skin.items() if name != "rotation"}
+    relief = {name: value for name, value in parameters.items() if name != "rotation"}
     return json.loads(sunbeam("height-field", *surface_words(relief)))["periods"][axis]
 
 
 def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
     """A row for each order and wavelength whose spot is on the screen.
 
-    The argument `spacing_um` is the true period. In a row `expected_mm` and `expected_deg` are the spot's position x
-    and angle θo by the grating equation for this period, and `measured_…` those of the picture. A row's `spacing_um` is
-    the period by the grating equation from the measured angle.
+    The argument `spacing_um` is the period of the heights. In a row `expected_mm` and `expected_deg` are the spot's
+    position x and angle θo by the grating equation for this period, and `measured_…` those of the picture. A row's
+    `spacing_um` is the period by the grating equation from the measured angle.
     """
     distance_mm = sample.bench.distance_mm
     bench = replace(sample.bench, pixels_per_mm=MEASURED_PIXELS / distance_mm, height_mm=MEASURED_HEIGHT * distance_mm)
@@ -237,13 +237,13 @@ def figures() -> dict:
     """The set-up's dimensions, and positions of all spots; writes the pictures of the screens."""
     folder, summaries = images("lab"), []
     use_variant()
-    # BSDFs by skin. Samples with the same skin share one, so that its tables are built once.
+    # BSDFs by parameters. Samples with equal parameters share one, so that its tables are built once.
     bsdfs: dict[str, mi.BSDF] = {}
     for sample in samples():
-        key = json.dumps(sample.skin)
+        key = json.dumps(sample.parameters)
         if key not in bsdfs:
-            bsdfs[key] = mi.load_dict({"type": "diffraction", **sample.skin})
-        spacing_um = period(sample.skin, sample.axis)["period_um"]
+            bsdfs[key] = mi.load_dict({"type": "diffraction", **sample.parameters})
+        spacing_um = period(sample.parameters, sample.axis)["period_um"]
         write_photograph(sample, bsdfs[key], spacing_um, folder / f"{sample.name}.jpg")
         summaries.append(summary(sample, spacing_um, measured(sample, bsdfs[key], spacing_um)))
         print(f"{sample.name}: within {summaries[-1]['worst_mm']:.2f} mm", flush=True)
@@ -272,8 +272,8 @@ def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
     - `worst_mm`, `rms_mm`: the largest and the rms distance on the screen. `worst_deg` is the largest difference of
       angles.
     - `wrong_period_mm`: the smallest shift of a spot by a period WRONG_PERIOD times as large, a negative control.
-    - `spacing_um`: the true period. `measured_spacing_um` is the mean of the periods from all spots, and `by_order` has
-      their means by order.
+    - `spacing_um`: the period of the heights. `measured_spacing_um` is the mean of the periods from all spots, and
+      `by_order` has their means by order.
     - `is_drawn`: whether the set-up is that of figure 2.19.
     """
     off_mm = [abs(spot["measured_mm"] - spot["expected_mm"]) for spot in spots]
@@ -292,7 +292,7 @@ def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
         "is_drawn": sample.bench in (DRAWN, DRAWN_FROM_LEFT),
         "theta_i_deg": sample.bench.theta_i_deg,
         "spacing_um": spacing_um,
-        # Longest wavelength whose first order lies between the mirror-reflected beam and the horizon behind it.
+        # Longest wavelength whose first order lies between the mirror-reflected beam and the horizon on its far side.
         "horizon_nm": 1e3 * spacing_um * (1 - math.sin(math.radians(abs(sample.bench.theta_i_deg)))),
         "measured_spacing_um": float(np.mean([spot["spacing_um"] for spot in spots])),
         "by_order": by_order,

@@ -20,19 +20,19 @@ COLOURS = dict(zip(VARIANTS, ("tab:blue", "tab:orange", "tab:cyan", "tab:red")))
 
 
 def draw(cells: list[dict], aim: float, side: int, path: Path) -> None:
-    """Draws seconds to the relative error `aim` on a logarithmic axis, with a row for each scene and relief.
+    """Draws the cells' `seconds_to_error` on a logarithmic axis, with a row for each scene and relief.
 
-    Filled marks are the diffraction, hollow ones Mitsuba's material; each variant has a colour. Times are those of
-    pictures of `side` × `side` pixels.
+    Filled marks are the diffraction, hollow ones Mitsuba's material; each variant has a colour. `aim` is the relative
+    error of these times, and `side` the edge in pixels of the square pictures to which they are scaled.
     """
     pairs = [(cell["scene"], way["name"]) for cell in cells for way in cell["ways"] if way["name"] != REFERENCE]
     rows = list(dict.fromkeys(pairs))
     figure, ax = plt.subplots(figsize=(8, 0.7 * len(rows) + 1.4))
     for cell in cells:
         by_name = {way["name"]: way["seconds_to_error"] for way in cell["ways"]}
+        colour = COLOURS[cell["variant"]]
         # The variants' lines are 0.18 apart about the middle of the row, which is 1 high.
-        place = VARIANTS.index(cell["variant"]) - 0.5 * (len(VARIANTS) - 1)
-        colour, offset = COLOURS[cell["variant"]], 0.18 * place
+        offset = 0.18 * (VARIANTS.index(cell["variant"]) - 0.5 * (len(VARIANTS) - 1))
         for name, seconds in by_name.items():
             if name == REFERENCE:
                 continue
@@ -45,6 +45,7 @@ def draw(cells: list[dict], aim: float, side: int, path: Path) -> None:
         ax.plot([], [], "o", color=colour, label=variant)
     ax.plot([], [], "o", color="grey", markerfacecolor="white", label=REFERENCE)
     ax.set(xscale="log", xlabel=f"seconds to {aim:.0%} of noise, {side} × {side} pixels", ylim=(len(rows) - 0.5, -0.5))
+    # A scene with the name of its relief is named once.
     ax.set_yticks(range(len(rows)), [f"{scene}, {name}" if scene != name else scene for scene, name in rows])
     ax.grid(axis="x", alpha=0.3)
     ax.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1, 0.5))

@@ -6,9 +6,10 @@
 //! - An entry holds a hash of its contents and is ignored unless the hash agrees.
 //! - An unusable folder or entry is no error: the tables are built instead.
 //! - When the folder exceeds its size limit, the least recently used entries are removed.
+//! - `progress` and `build_limit` act on a build alone.
 //!
 //! The `shared_…` functions also share tables within this process ([`Shared`]): while a caller holds them, every call
-//! with equal arguments returns these tables, whatever the state of the disk.
+//! with otherwise equal arguments returns these tables, whatever the state of the disk.
 //!
 //! ```
 //! # let folder = tempfile::tempdir()?;
@@ -43,6 +44,7 @@ use entry::Key;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 pub use shared::Shared;
+use std::ffi::OsString;
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -125,20 +127,21 @@ impl Cache {
     /// # Errors
     /// A variable whose value is not accepted.
     pub fn from_env() -> Result<Self, CacheError> {
-        Self::from_variables(|name| std::env::var_os(name).map(|value| value.to_string_lossy().into_owned()))
+        Self::from_variables(std::env::var_os)
     }
 
     /// [`Cache::from_env`] with `get` in place of the environment, for tests. `get` takes the name of a variable and
     /// returns its value, or `None` where it is not set. Empty values count as not set.
-    fn from_variables(get: impl Fn(&str) -> Option<String>) -> Result<Self, CacheError> {
+    fn from_variables(get: impl Fn(&'static str) -> Option<OsString>) -> Result<Self, CacheError> {
         let given = |name| get(name).filter(|value| !value.is_empty());
-        let limit_mb = match given(LIMIT) {
+        let text = |name| given(name).map(|value| value.to_string_lossy().into_owned());
+        let limit_mb = match text(LIMIT) {
             None => DEFAULT_LIMIT_MB,
             Some(found) => {
                 found.parse().map_err(|_| CacheError { variable: LIMIT, found, accepted: "a whole number of MB" })?
             }
         };
-        match given(SWITCH).as_deref() {
+        match text(SWITCH).as_deref() {
             Some("off") => return Ok(Self::off()),
             None | Some("on") => {}
             Some(found) => {
@@ -157,8 +160,6 @@ impl Cache {
     }
 
     /// The surface of `field`, read from the cache, or else built and written to it.
-    ///
-    /// Only a build advances `progress`.
     ///
     /// # Errors
     /// The errors of [`Surface::new`]. A failed write to the cache is no error; [`Origin::NotKept`] gives its reason.
@@ -183,13 +184,14 @@ impl Cache {
         progress: &Progress,
     ) -> Result<Arc<(Surface, Origin)>, TableError> {
         static IN_USE: Shared<Key, (Surface, Origin)> = Shared::new();
-        IN_USE.get(Key::of_surface(field, options), || self.surface(field, options, progress))
+        let key = Key::of_surface(field, options);
+        IN_USE.get(key, || self.read_or_build(|| key, || Surface::watched(field, options, progress)))
     }
 
     /// The surface of `field` with colours in linear sRGB under D65; shared as by [`Cache::shared_surface`].
     ///
-    /// `index` is the refractive index of the medium below the relief, whose reflectance the colours include; `None` is
-    /// a perfect reflector.
+    /// The colours include the Fresnel reflectance or small-slope factor for the refractive index `index`; `None`
+    /// leaves it out.
     ///
     /// # Errors
     /// The errors of [`ColourSurface::new`].
@@ -206,8 +208,8 @@ impl Cache {
         IN_USE.get(key, || self.read_or_build(|| key, build))
     }
 
-    /// The rigorous tables (Maxwell's equations) of a grating with the relief `profile` on `body`, the material below;
-    /// shared as by [`Cache::shared_surface`]. `build_limit` multiplies the limits of memory and time of a build.
+    /// The rigorous tables (Maxwell's equations) of a grating with the relief `profile` on `body`; shared as by
+    /// [`Cache::shared_surface`]. `coherence_length_um` and `build_limit` are those of [`GratingSurface::new`].
     ///
     /// # Errors
     /// The errors of [`GratingSurface::new`].

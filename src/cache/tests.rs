@@ -211,7 +211,7 @@ fn concurrent_writers_of_one_key_leave_one_entry() {
 fn environment_variables_are_read_or_refused() {
     let cache = |variables: &[(&str, &str)]| {
         Cache::from_variables(|name| {
-            variables.iter().find(|(known, _)| *known == name).map(|(_, value)| (*value).to_owned())
+            variables.iter().find(|(known, _)| *known == name).map(|(_, value)| (*value).into())
         })
     };
     assert_eq!(cache(&[(SWITCH, "off"), (FOLDER, "/a")]).unwrap(), Cache::off());

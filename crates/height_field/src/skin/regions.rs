@@ -5,14 +5,15 @@ use crate::HeightFieldError;
 use ndarray::Array2;
 use std::ops::RangeInclusive;
 
-/// Accepted edge lengths of a sub-region in µm: from about two periods of `xenopeltis` to half the tile of 65.2 µm.
+/// Accepted edge lengths of a sub-region in µm: about two layer periods of `xenopeltis`, and about half the edge of a
+/// skin's tile, 65.2 µm.
 pub const REGION_SIZE_UM: RangeInclusive<f64> = 3.0..=33.0;
 /// Accepted relative deviations of the spatial frequency in a sub-region. Chosen by eye: beyond a tenth the pattern
 /// looks torn at the borders.
 pub const REGION_SPREAD: RangeInclusive<f64> = 0.0..=0.1;
 
 /// Sub-regions of a skin, a model of an observation in Single 2014 (M. Single's thesis). As the wavelength changes, the
-/// angle of the diffraction peak alternates there between two curves. The thesis attributes them to regions of
+/// angle of the diffraction peak alternates there between two curves. The thesis explains the two curves by regions of
 /// different period.
 ///
 /// The tile is divided into equal squares. Their number along each axis is the even one nearest to the tile's edge
@@ -50,13 +51,14 @@ impl Regions {
         }
     }
 
-    /// Number of squares along one side of a tile of `extent_um`: the even number nearest to extent/size, at least 2.
+    /// Number of squares along one edge of a skin's tile, `extent_um` long: the even number nearest to extent/size.
+    /// [`REGION_SIZE_UM`] keeps it at 2 or more.
     fn count(&self, extent_um: f64) -> f64 {
-        2.0 * libm::round(0.5 * extent_um / self.size_um).max(1.0)
+        2.0 * libm::round(0.5 * extent_um / self.size_um)
     }
 
-    /// Adds the sub-regions to the displacements `[[iy, ix]]` (µm) of a square tile, which are added to a pixel's
-    /// coordinates.
+    /// Adds the sub-regions to the displacements of a square tile's pixels: arrays `[[iy, ix]]` of [`PIXELS`]² in µm,
+    /// which are added to the coordinates.
     ///
     /// The added displacement is a triangle wave that rises over one square and falls over the next. Its slope,
     /// ±`spread`, is the relative change of the spatial frequency. Its mean is about 0, so the pattern is not shifted.

@@ -19,7 +19,7 @@ use sunbeam::table::DENSITY_FLOOR_UM2;
 /// The size of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Effort {
-    /// Pairs of directions at each depth of relief, and at each angle of incidence.
+    /// Pairs of directions at each depth of relief, and at each angle of incidence on each surface.
     pub directions: usize,
     /// Random queries: pairs of directions with a wavelength.
     #[serde(rename = "questions")]
@@ -33,7 +33,7 @@ impl Effort {
     pub const QUICK: Self = Self { directions: 20, queries: 20_000 };
 }
 
-/// The results of all sweeps. Some keys of the JSON say "questions" for queries.
+/// The results of all sweeps. The JSON's keys, which docs/templates/stability.md.j2 reads, say "questions" for queries.
 #[derive(Clone, Debug, Serialize)]
 pub struct StabilityFigures {
     /// One point for each of [`KAPPA_H`].
@@ -59,9 +59,11 @@ pub fn measure(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<Stabil
     Ok(StabilityFigures { deep_relief, grazing, random_queries })
 }
 
-/// Error of a table's power spectral density S(f; κ) against the direct sum `exact`, relative to [`error_scale`].
+/// Error of a table's power spectral density S(f; κ) against `exact`, the direct sum of the same surface, relative to
+/// [`error_scale`].
 fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
     let wavelength_um = wavelength_nm * 1e-3;
+    // Spatial frequency in cycles/µm.
     let f = [(wi[0] + wo[0]) / wavelength_um, (wi[1] + wo[1]) / wavelength_um];
     // Phase rate in rad/µm.
     let kappa = TAU * (wi[2] + wo[2]) / wavelength_um;
@@ -70,8 +72,9 @@ fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, wavelength_
     (table.density(f, kappa) - truth).abs() / error_scale(truth, table.hemisphere_mean(f, wi[2], wavelength_um))
 }
 
-/// The scale in µm² to which a table's tolerance refers: the largest of the direct sum's S, its mean at the same
-/// frequency over the κ of all outgoing directions, and [`DENSITY_FLOOR_UM2`].
+/// The scale in µm² to which a table's tolerance refers: the largest of the direct sum's S, a mean of S, and
+/// [`DENSITY_FLOOR_UM2`]. The mean, at the same frequency, is over the κ of all outgoing directions, or over all
+/// positions of the window.
 fn error_scale(truth_um2: f64, mean_um2: f64) -> f64 {
     truth_um2.max(mean_um2).max(DENSITY_FLOOR_UM2)
 }

@@ -5,13 +5,13 @@ use super::super::super::units::micrometres;
 use super::super::quantity::Quantity;
 use super::{Header, HeightUnit, height_unit, mentions_length, not_understood};
 
-/// A line with an unknown key.
+/// A line with an unknown key. A line with several pairs of key and value gives one of these for each.
 pub(super) struct UnknownLine<'a> {
     /// Number of the line in the file.
     pub line: usize,
     /// The whole line.
     pub text: &'a str,
-    /// Text after the key.
+    /// Text after the key, with the unit that stood in brackets behind the key.
     pub value: String,
     /// The value as numbers with a unit.
     pub quantity: Option<Quantity>,
@@ -33,10 +33,10 @@ impl Header {
     /// Interprets lines with keys in another language by their order and units.
     ///
     /// # Errors
-    /// A line with a length or a unit that is left over.
+    /// A line with a length or a unit that is left over, and a unit of the values that is not a length.
     pub(super) fn take_unknown(&mut self, mut lines: Vec<UnknownLine>) -> Result<(), String> {
         self.take_matrix_lines(&mut lines)?;
-        self.take_unit_lines(&mut lines)?;
+        self.take_unit_lines(&mut lines);
         let carries_length = |entry: &UnknownLine| {
             entry.length_um().is_some() || micrometres(&entry.value).is_ok() || mentions_length(&entry.value)
         };
@@ -48,9 +48,10 @@ impl Header {
 
     /// Interprets the lines that Gwyddion writes for a matrix: channel, width, height, and unit of the values.
     ///
-    /// The first two consecutive lines with lengths are the width and the height. The channel is the line
-    /// before them, the unit the line after them, if these are consecutive, too. Without two such lines, or with a
-    /// known extent, nothing is interpreted.
+    /// The first two consecutive lines with lengths are the width and the height. The channel is the line before them,
+    /// the unit the line after them, if these are consecutive, too. A channel known from an English key is kept. Where
+    /// the unit is known, the line after them is left over. Without two such lines, or with a known extent along either
+    /// axis, nothing is interpreted.
     ///
     /// # Errors
     /// A unit of the values that is not a length.
@@ -77,22 +78,19 @@ impl Header {
     }
 
     /// Interprets the lines that Gwyddion writes for points: the unit of x and y, then that of the values. Does nothing
-    /// unless exactly two lines are left whose value is a unit of length.
-    ///
-    /// # Errors
-    /// The errors of [`micrometres`] and [`height_unit`].
-    fn take_unit_lines(&mut self, lines: &mut [UnknownLine]) -> Result<(), String> {
+    /// if either unit is known, or unless exactly two lines are left whose value is a unit of length.
+    fn take_unit_lines(&mut self, lines: &mut [UnknownLine]) {
         if self.lateral_um.is_some() || self.height_unit != HeightUnit::NotGiven {
-            return Ok(());
+            return;
         }
-        let is_unit = |entry: &&mut UnknownLine| !entry.is_used && micrometres(&entry.value).is_ok();
-        let mut units: Vec<&mut UnknownLine> = lines.iter_mut().filter(is_unit).collect();
-        if let [lateral, values] = units.as_mut_slice() {
-            self.lateral_um = Some([micrometres(&lateral.value)?; 2]);
-            self.height_unit = height_unit(&values.value)?;
+        let unused = lines.iter_mut().filter(|entry| !entry.is_used);
+        let mut units: Vec<(&mut UnknownLine, f64)> =
+            unused.filter_map(|entry| micrometres(&entry.value).ok().map(|unit_um| (entry, unit_um))).collect();
+        if let [(lateral, lateral_um), (values, values_um)] = units.as_mut_slice() {
+            self.lateral_um = Some([*lateral_um; 2]);
+            self.height_unit = HeightUnit::Length(values.value.trim().to_owned(), *values_um);
             lateral.is_used = true;
             values.is_used = true;
         }
-        Ok(())
     }
 }
