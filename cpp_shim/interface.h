@@ -47,9 +47,8 @@ public:
     using Vector3f            = mitsuba::Vector<Float, 3>;
     using Mask                = dr::mask_t<Float>;
 
-    /// `index` is eta + ik. `small_slope` selects Q instead of R. `perfect` selects Q of a perfect conductor, which
-    /// does not depend on the index. It does not affect R, which is 1 for an index of 0 + i, with the phases of that
-    /// index.
+    /// `index` is eta + ik. `small_slope` selects Q instead of R. `perfect` selects a perfect conductor, whose Q and
+    /// Mueller matrix do not depend on the index. Its R is that of the index 0 + i, which is 1.
     Interface(const Complex &index, bool small_slope, bool perfect)
         : m_index(index), m_epsilon(dr::square(index)), m_small_slope(small_slope), m_perfect(perfect) {}
 
@@ -72,7 +71,11 @@ public:
             s_in   = Vector3f(-azimuth.in.y(), azimuth.in.x(), 0.f);
             s_out  = Vector3f(-azimuth.out.y(), azimuth.out.x(), 0.f);
         } else {
-            matrix = mitsuba::mueller::specular_reflection(UnpolarizedSpectrum(cos_half(from, to)), m_index);
+            // Phases of the index 0 + i depend on the angle; those of a perfect conductor do not.
+            if (m_perfect)
+                matrix = jones_to_mueller(Complex(-1.f), Complex(0.f), Complex(0.f), Complex(1.f));
+            else
+                matrix = mitsuba::mueller::specular_reflection(UnpolarizedSpectrum(cos_half(from, to)), m_index);
             // The s axis is perpendicular to both directions. If the two coincide, s and p have the same reflectance,
             // and any axis perpendicular to them serves.
             const Vector3f normal = dr::cross(from, to);

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 from types import SimpleNamespace
+from xml.etree import ElementTree
 
 import pytest
 from sweeps import REPOSITORY, SPEC
@@ -302,3 +303,16 @@ def test_a_render_gives_the_index_as_a_float(sweep_package, tmp_path):
 
 def test_the_shared_specification_has_twelve_cases(sweep_package, tmp_path):
     assert len(list(read(sweep_package, tmp_path, SPEC).cases("1"))) == 12
+
+
+def test_media_of_a_case_replace_the_scene_s_index(sweep_package, tmp_path):
+    bsdf = '<bsdf type="diffraction" id="surface"><float name="eta" value="1.5"/></bsdf>'
+    (tmp_path / "scene.xml").write_text(f'<scene version="3.0.0">{bsdf}</scene>')
+    want = '[want.render]\nscene = "scene.xml"'
+    media = 'transmission = "interface"\nint_ior = 2\next_ior = "vacuum"'
+    spec = read(sweep_package, tmp_path, with_surface('preset = "flat"', media, want))
+    (case,) = spec.cases("1")
+    scene = ElementTree.fromstring(spec.wants[0]._scene_with(case))
+    found = {(element.tag, element.get("name"), element.get("value")) for element in scene.find("bsdf")}
+    assert {("integer", "int_ior", "2"), ("string", "ext_ior", "vacuum")} < found
+    assert "eta" not in {name for _, name, _ in found}

@@ -308,7 +308,7 @@ def test_matrices_of_a_flat_film_are_those_of_thindielectric():
         ({"transmission": "interface", "eta": 1.5, "back_reflection": True}, '"back_reflection" contradicts'),
         ({"transmission": "interface", "int_ior": 1.5, "ext_ior": 1.33}, '"ext_ior" is'),
         ({"transmission": "interface", "int_ior": "unobtainium"}, "unobtainium"),
-        ({"int_ior": 1.5}, 'unknown parameter "int_ior"'),
+        ({"int_ior": 1.5}, 'unknown parameter "int_ior" without transmission'),
         ({"specular_transmittance": 0.5}, 'unknown parameter "specular_transmittance"'),
     ],
     ids=str,
@@ -333,3 +333,6 @@ def test_twosided_refuses_a_body():
 def test_names_of_media_are_mitsubas():
     named = built("llvm_ad_rgb", preset="flat", transmission="interface", int_ior="water", ext_ior="air")
     assert "eta 1.3326" in str(named)
+    # Numbers may be integers.
+    numbered = built("llvm_ad_rgb", preset="flat", transmission="interface", int_ior=2, ext_ior=1)
+    assert "eta 2" in str(numbered)

@@ -102,7 +102,6 @@ pub use error::GratingError;
 pub use exact::ExactGrating;
 pub use jones_table::JonesTable;
 pub use layout::{Below, EfficiencyLayout, InterfaceCells};
-#[cfg(test)]
 pub use lobe::{GratingLayout, GratingLobe};
 pub use polarisation::JonesView;
 pub use profile::{preset_profile, profile_of};
