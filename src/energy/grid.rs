@@ -10,12 +10,12 @@
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::{COSINE_MIN, Vec3};
 
-/// Values of cosθ at which the interpolation in cells on the horizon is checked (`build/raise.rs`): 89.94° and 89.83°.
-/// Chosen: the albedo of wide orders has a pole at the horizon that is confined to the last tenths of a degree.
+/// Values of cosθ at which the interpolation in cells on the horizon is checked (`build/raise.rs`): 89.94°, 89.77° and
+/// 89.08°. Chosen: the albedo of wide orders has a pole at the horizon that is confined to the last degree.
 ///
 /// Nodes on the rim and beyond it are evaluated at the first, since the albedo may be infinite at cosθ = 0. One cell
 /// inside the rim of the finest grid (48 cells, `build.rs`) the cosine is 0.007.
-const RIM_COSINES: [f64; 2] = [1e-3, 3e-3];
+const RIM_COSINES: [f64; 3] = [1e-3, 4e-3, 1.6e-2];
 
 /// Place of a direction in a grid.
 pub(crate) struct GridPlace<N: Numbers> {

@@ -112,7 +112,7 @@ impl<const K: usize> Builder<'_, K> {
             // Orders are not moved onto ridges, and the margin is not added: both are for nodes alone.
             let (ridge, is_node) = (None, false);
             let t = self.divisor(wi, group_at, &(self.group)(group_at), Some(b), ridge);
-            let needed = self.tabulated(t, is_node, wi[2], grid);
+            let needed = self.tabulated(t, is_node, wi, radius, grid);
             deficit = std::array::from_fn(|k| deficit[k].max((needed[k] - interpolated[k]) as f32));
         }
         deficit
