@@ -33,15 +33,15 @@ use crate::scattering::Vec3;
 use crate::table::{Progress, Steps, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 
-/// Number of cells along each side of the finest grid, chosen with [`RESOLUTIONS`].
-const FINEST_CELLS: u32 = 48;
+/// Number of cells along each side of the finest grid, that of the first row of [`RESOLUTIONS`].
+const FINEST_CELLS: u32 = RESOLUTIONS[0].1.0;
 /// Sizes of tables: the largest number of quadrature nodes of a typical integral ([`AlbedoIntegral::typical_nodes`]),
 /// then the numbers of cells along each side and of planes. A table takes the first row whose largest number is not
 /// exceeded, else [`SMALLEST_SIZE`]. Few quadrature nodes mean few narrow orders, whose ridges need fine grids.
 ///
 /// Chosen for albedos of at most 1.01 (`tests/core/energy.rs`). Cells are even and planes odd, so that every other node
 /// forms a coarse grid.
-const RESOLUTIONS: [(usize, (u32, u32)); 3] = [(400, (FINEST_CELLS, 17)), (1000, (32, 11)), (4000, (20, 9))];
+const RESOLUTIONS: [(usize, (u32, u32)); 3] = [(400, (48, 17)), (1000, (32, 11)), (4000, (20, 9))];
 /// Numbers of cells and planes of the smallest table, chosen as those of [`RESOLUTIONS`].
 pub(super) const SMALLEST_SIZE: (u32, u32) = (16, 7);
 /// Spacing of the coarse grid and groups, in nodes or groups of the table. [`Nodes::refined`] assumes 2.
@@ -71,9 +71,11 @@ const NEGLIGIBLE: f64 = 3e-4;
 /// Number of iterations for `t`. Every iterate is an upper bound of `t`. Chosen: more iterations darken less, but take
 /// longer.
 const ITERATIONS: usize = 4;
-/// Half-side of a node's box ([`Ridge`]): along the grid's x and y in cells, along the wavelength in groups. With 0.6
-/// albedos reach 1.04; with 1 the mean albedo is lower by 0.01.
-const BOX_HALF_SIDE: f64 = 0.7;
+/// Half-side of a node's box ([`Ridge`]) along the grid's x and y, in cells. With 0.6 here and 0.5 for [`BOX_GROUPS`]
+/// albedos reach 1.04; with 1 here the mean albedo is lower by 0.01.
+const BOX_CELLS: f64 = 0.7;
+/// Half-side of a node's box ([`Ridge`]) along the wavelength, in groups; see [`BOX_CELLS`].
+const BOX_GROUPS: f64 = 0.6;
 
 /// Four directions side by side.
 type Real4 = <Lanes<'static> as Numbers>::Real;
@@ -195,7 +197,7 @@ impl<'a, const K: usize> Builder<'a, K> {
             if stride == 1 {
                 let half_sides = box_half_sides(grid, position);
                 for &cosine in &self.ridge_cosines {
-                    let ridge = Ridge { cosine, half_sides, half_range_um: BOX_HALF_SIDE * 1e-3 * group.spacing_nm };
+                    let ridge = Ridge { cosine, half_sides, half_range_um: BOX_GROUPS * 1e-3 * group.spacing_nm };
                     let on_ridge = self.divisor(wi, group_at, &group, b, Some(ridge));
                     t = std::array::from_fn(|k| t[k].max(on_ridge[k]));
                 }
@@ -301,7 +303,7 @@ fn lowered<const K: usize>(first_t: [f64; K], parts: &[([Real4; K], [Real4; K])]
 /// ([`Ridge::half_sides`]): half of the difference between the directions at both ends of the box along each axis.
 fn box_half_sides(grid: Grid, position: [f64; 2]) -> [[f64; 2]; 2] {
     [0, 1].map(|axis: usize| {
-        let ends = [-BOX_HALF_SIDE, BOX_HALF_SIDE].map(|step| {
+        let ends = [-BOX_CELLS, BOX_CELLS].map(|step| {
             let mut end = position;
             end[axis] += step;
             grid.direction(end).0

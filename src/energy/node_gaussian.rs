@@ -18,9 +18,10 @@ use crate::scattering::{Vec3, direction_above};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
-/// σ in direction cosines below which one quadrature node stands for a Gaussian's width. Far from the horizon the
-/// larger σ of both axes is compared, near the horizon the σ across the radius. Larger values take fewer nodes. Chosen
-/// with [`WIDE_SIGMA`] for the error of 0.2 % that the tests of the accurate integral allow.
+/// σ in direction cosines below which one quadrature node stands for a Gaussian's width. At transparent bodies σ is in
+/// units of the wave number in the medium. Far from the horizon the larger σ of both axes is compared, near the horizon
+/// the σ across the radius. Larger values take fewer nodes. Chosen with [`WIDE_SIGMA`] for the error of 0.2 % that the
+/// tests of the accurate integral allow.
 pub(super) const SHARP_SIGMA: f64 = 0.01;
 /// Largest ratio of σ across the radius to cosθi for one quadrature node near the horizon. The obliquity factor depends
 /// on the distance from the mirror direction in units of cosθi. Chosen.

@@ -36,9 +36,10 @@ const FEW: usize = 100;
 /// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few Gaussians; many have
 /// [`SMALLEST_SIZE`]. Chosen: more planes leave smaller errors between nodes, and take longer and more memory.
 const CELLS_AND_PLANES_OF_FEW: (u32, u32) = (NARROW_CELLS_MIN, 11);
-/// Offsets from a node of the grid at which albedos of deep reliefs ([`DEEP_PHASE`]) are integrated: along x and y in cells, and in
-/// planes. They are the node and four corners of a cube around it. Chosen: a larger cube also has maxima nearer to
-/// other nodes, and darkens more directions; a smaller one misses maxima between nodes.
+/// Offsets from a node of the grid at which albedos of deep reliefs ([`DEEP_PHASE`]) are integrated: along x and y in
+/// cells, and in planes. They are the node and four corners of a cube around it. Chosen: a larger cube also has maxima
+/// nearer to other nodes, and darkens more directions; a smaller one misses maxima between nodes. With the node alone,
+/// an albedo of 1.046 would remain on a sinusoid 1.7 µm high.
 const DEEP_OFFSETS: [[f64; 3]; 5] =
     [[0.0; 3], [0.35, 0.35, 0.35], [-0.35, -0.35, 0.35], [0.35, -0.35, -0.35], [-0.35, 0.35, -0.35]];
 

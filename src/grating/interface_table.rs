@@ -126,8 +126,7 @@ impl InterfacePlan {
     }
 
     /// Cost of a table's build on two cores. `seconds` is the time on one core for the solution at one node and
-    /// wavelength. `pair_bytes` is the size of the values of a pair of
-    /// channels in one cell at one wavelength.
+    /// wavelength. `pair_bytes` is the size of the values of a pair of channels in one cell at one wavelength.
     pub(super) fn estimate(&self, seconds: f64, pair_bytes: f64) -> Estimate {
         // Sum over cells and wavelengths.
         let sum = |of_cell: &dyn Fn(InterfaceCell) -> f64| -> f64 {

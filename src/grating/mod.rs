@@ -89,6 +89,8 @@ mod rigorous_solver;
 mod surface;
 mod wavelengths;
 
+#[cfg(test)]
+pub(crate) use crate::numeric::math::GAUSSIAN_REACH;
 pub use body::GratingBody;
 pub use build::GratingReport;
 pub use colour_lobe::GratingColourLobe;

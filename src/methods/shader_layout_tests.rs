@@ -228,8 +228,9 @@ fn constants_of_rust_and_wgsl_agree() {
     ];
     #[cfg(feature = "rigorous")]
     {
-        use crate::grating::{self, NU_HALF, NU_MIDDLE, ORDER_ZERO_NODES, TAU_SCALE, UNIT, WEIGHT_NODES};
-        use crate::numeric::math::GAUSSIAN_REACH;
+        use crate::grating::{
+            self, GAUSSIAN_REACH, NU_HALF, NU_MIDDLE, ORDER_ZERO_NODES, TAU_SCALE, UNIT, WEIGHT_NODES,
+        };
         // Rounds to the precision of WGSL.
         let single = |value: f64| f64::from(value as f32);
         expected.extend([

@@ -190,12 +190,17 @@ impl<N: Numbers> ColourSamplerView<N> {
         SummedAreaView { layout: self.layout.areas, words: self.words }
     }
 
+    /// Coordinate `u` or `v` at which the table is read for one at the present place.
+    #[inline(always)]
+    fn scaled(&self, coordinate: N::Real) -> N::Real {
+        self.size.map_or(coordinate, |size| coordinate * size.scale)
+    }
+
     /// Position in nodes of a coordinate `u` or `v` at the present place.
     #[inline(always)]
     fn position(&self, coordinate: N::Real) -> N::Real {
-        self.size
-            .map_or(coordinate, |size| coordinate * size.scale)
-            .fma(N::Real::lit(self.layout.per_unit.into()), N::Real::lit(self.layout.middle.into()))
+        let lit = |value: f64| N::Real::lit(value);
+        self.scaled(coordinate).fma(lit(self.layout.per_unit.into()), lit(self.layout.middle.into()))
     }
 
     /// Weighted mass of one count in each slice: the slice's unit times its weight at the typical w of the incidence.
@@ -250,7 +255,12 @@ impl<N: Numbers> ColourSamplerView<N> {
     pub(crate) fn density(&self, passage: &Passage<N>, outgoing: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
         let (rectangle, _, total) = self.square(passage, active);
-        let position = [0, 1].map(|axis| N::widen(self.position(passage.tangential[axis] + outgoing[axis])));
+        // In double precision, since a density may fall to zero within a node, which has few digits in single precision.
+        let position = [0, 1].map(|axis| {
+            let coordinate = N::widen(self.scaled(passage.tangential[axis] + outgoing[axis]));
+            let double = |value: f64| N::Double::lit(value);
+            coordinate * double(self.layout.per_unit.into()) + double(self.layout.middle.into())
+        });
         // Counts of each slice at the position, interpolated between nodes.
         let counts = self.areas().tents(position, &rectangle, active);
         let mass_per_count = self.mass_per_count(passage);

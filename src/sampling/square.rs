@@ -49,8 +49,7 @@ const TENTS_FROM_SIGMA: f64 = 0.35;
 /// Largest number of nodes along an axis that a density reads: two to either side, for the widest Gaussian that is not
 /// approximated by tents.
 const TAPS_MAX: usize = 2 * ((NORMAL_QUANTILE_MAX * TENTS_FROM_SIGMA) as usize + 1);
-/// Bound on the quadrature points of a whole table, all nodes and bands together. Chosen to bound the build
-/// time.
+/// Bound on the quadrature points of a whole table, all nodes and bands together. Chosen to bound the build time.
 const TABLE_POINTS_MAX: usize = 20_000_000;
 
 /// One axis of the lattice of nodes, and the density of a sample's offset from its node along it.

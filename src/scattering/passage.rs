@@ -9,7 +9,7 @@ use crate::numeric::{Number, Numbers, Real};
 /// interpolated powers do not vanish at w = 0 as the true ones do. Larger values give orders of small |w| too few
 /// samples; smaller ones give them too many. Either only adds variance.
 const DIVISOR_MIN: f64 = 0.05;
-/// Typical outgoing cosine of a surface at grazing incidence.
+/// Typical outgoing cosine of a surface at grazing incidence. It decides at which w samplers read S.
 ///
 /// With [`TYPICAL_COS_SLOPE`], the typical cosine lies between that of the mirror direction and that of widely spread
 /// light. Both constants are chosen, and affect the variance of samples only.

@@ -130,8 +130,9 @@ impl Lattice {
 /// compensates for this.
 const PATCH_SUPPORT: f64 = 0.8;
 
-/// Fraction of the tolerance for a table whose power has deep gaps, which errors elsewhere would fill: gaps between
-/// nodes here, gaps over κ in `knots.rs`. Larger values take fewer taps and knots; smaller ones fill the gaps less.
+/// Fraction of the tolerance that is left to a table whose power has deep gaps, since errors of the power beside a gap
+/// would fill it: gaps between lobes here, gaps over κ in `knots.rs`. Larger values take fewer taps and knots; smaller
+/// ones fill the gaps less.
 pub(super) const GAP_FRACTION: f64 = 0.1;
 
 /// Tolerance of the interpolation between nodes, for a table of the relative error `tolerance`.
