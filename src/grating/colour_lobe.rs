@@ -197,7 +197,8 @@ impl<N: Numbers> GratingColourLobe<N> {
         let direction =
             [N::Real::select(is_mirror, one, q[0] * inverse), N::Real::select(is_mirror, zero, q[1] * inverse)];
         let (spacing, sigma) = (1.0 / self.layout.period_um, self.layout.sigma_per_um);
-        // Order n·sign has the frequency n·per_order along q. It lies in [ν_min·ρ − GAUSSIAN_REACH·σ, ν_max·ρ + GAUSSIAN_REACH·σ].
+        // Order n·sign has the frequency n·per_order along q. It lies from ν_min·ρ to ν_max·ρ, widened by
+        // GAUSSIAN_REACH·σ.
         let per_order = (direction[0].abs() * real(spacing)).max(real(DIVISOR_MIN));
         let reach = real(GAUSSIAN_REACH * sigma);
         let most = real(f64::from(self.tables.orders));

@@ -128,17 +128,13 @@ impl InterfacePlan {
     /// Cost of a table's build on two cores. `seconds` is the time on one core for the solution at one node and
     /// wavelength. `pair_bytes` is the size of the values of a pair of channels in one cell at one wavelength.
     pub(super) fn estimate(&self, seconds: f64, pair_bytes: f64) -> Estimate {
-        // Sum over cells and wavelengths.
-        let sum = |of_cell: &dyn Fn(InterfaceCell) -> f64| -> f64 {
-            self.cells.iter().map(|&(cell, wavelengths)| of_cell(cell) * wavelengths as f64).sum()
-        };
+        // Numbers of wavelengths, and of pairs of channels at each, summed over cells.
+        let wavelengths: f64 = self.cells.iter().map(|&(_, count)| count as f64).sum();
+        let pairs: f64 = self.cells.iter().map(|&(cell, count)| (cell.channels() as f64).powi(2) * count as f64).sum();
         // Nodes on the diagonal p = q and on one side of it.
         let solved_nodes = triangle_count(NODES) as f64;
         let cores = 2.0;
-        Estimate {
-            bytes: pair_bytes * sum(&|cell| (cell.channels() as f64).powi(2)),
-            seconds: solved_nodes / cores * seconds * sum(&|_| 1.0),
-        }
+        Estimate { bytes: pair_bytes * pairs, seconds: solved_nodes / cores * seconds * wavelengths }
     }
 }
 

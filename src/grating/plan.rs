@@ -35,8 +35,8 @@ const WAVELENGTH_TOLERANCE: f64 = 0.25 * TERMS_TOLERANCE;
 
 // The following times serve estimates of a build alone. A slower machine takes longer than estimated.
 
-/// Seconds on one core for the lattice sums of a medium at one point and wavelength, over the squared number of nodes on
-/// the profile. Measured: 1e-6 for air, 6e-7 where no order propagates in it, and 1.5e-6 for dielectrics.
+/// Seconds on one core for the lattice sums of a medium at one point and wavelength, over the squared number of nodes
+/// on the profile. Measured: 1e-6 for air, 6e-7 where no order propagates in it, and 1.5e-6 for dielectrics.
 const LATTICE_SECONDS: f64 = 1e-6;
 /// Seconds on one core for the solution at one point and wavelength, over the cubed number of nodes on the profile;
 /// measured.

@@ -255,7 +255,8 @@ impl<N: Numbers> ColourSamplerView<N> {
     pub(crate) fn density(&self, passage: &Passage<N>, outgoing: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
         let (rectangle, _, total) = self.square(passage, active);
-        // In double precision, since a density may fall to zero within a node, which has few digits in single precision.
+        // In double precision: a density may fall to zero within a node, and positions in single precision have few
+        // digits left after the node's number.
         let position = [0, 1].map(|axis| {
             let coordinate = N::widen(self.scaled(passage.tangential[axis] + outgoing[axis]));
             let double = |value: f64| N::Double::lit(value);

@@ -19,7 +19,7 @@ use std::f64::consts::PI;
 /// highest point, in proportion to cosθ ([`AlbedoIntegral::phase_max`]). Chosen: a larger limit darkens reliefs tens of
 /// µm deep.
 const DEEP_REACH_MAX: usize = 3;
-/// Change of the relief phase across a cell, in radians, from which a relief with ridges or a transparent body counts as
+/// Change of the relief phase across a cell, in radians, from which reliefs with ridges and transparent bodies count as
 /// deep. Other reliefs count as deep from half a turn, π. With π for all, an albedo of 1.037 remains on a rough relief
 /// 1.2 µm deep.
 pub(in crate::energy) const DEEP_PHASE: f64 = 2.0;

@@ -76,7 +76,7 @@ impl Profile {
     /// A sawtooth that rises along +x from 0 to `height_um`, and drops at the end of the period.
     ///
     /// # Errors
-    /// Those of [`Profile::sinusoid`], and a wall above 0 but shorter than 1e-9 periods.
+    /// Errors of [`Profile::sinusoid`], and a wall above 0 but shorter than 1e-9 periods.
     pub fn blazed(period_um: f64, height_um: f64) -> Result<Self, Error> {
         let height = accepted_height(period_um, height_um)?;
         // A plane has no corners.
@@ -90,7 +90,7 @@ impl Profile {
     /// 0 < `duty` < 1.
     ///
     /// # Errors
-    /// Those of [`Profile::blazed`], a duty out of range, and a top or bottom shorter than 1e-9 periods.
+    /// Errors of [`Profile::blazed`], a duty out of range, and a top or bottom shorter than 1e-9 periods.
     pub fn lamellar(period_um: f64, height_um: f64, duty: f64) -> Result<Self, Error> {
         let height = accepted_height(period_um, height_um)?;
         if !(duty > 0.0 && duty < 1.0) {
