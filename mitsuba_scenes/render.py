@@ -117,7 +117,7 @@ def main(words: list[str] | None = None) -> int:
     try:
         run(options)
     # Mitsuba raises RuntimeError.
-    except (SetupError, ValueError, picture.PictureError, RuntimeError) as error:
+    except (SetupError, ValueError, picture.PictureError, OSError, RuntimeError) as error:
         print(f"{parser.prog}: error: {error}", file=sys.stderr)
         return 2
     return 0

@@ -211,7 +211,7 @@ def test_a_spectrum_beyond_all_wavelengths_is_refused(variant):
 
 
 def test_rigorous_tables_use_extended_spectra(scalar_rgb, capfd):
-    grating = {"preset": "sinusoidal", "period": 0.3, "height": 0.1, "theory": "rigorous", "coherence_length": 4.0}
+    grating = {"preset": "sinusoidal", "period": 0.3, "height": 0.02, "theory": "rigorous", "coherence_length": 4.0}
     whole = built("scalar_rgb", **grating, eta=spectrum(WHOLE), diffuse_reflectance=0.3)
     assert warnings(capfd) == []
     short = built("scalar_rgb", **grating, eta=spectrum(SHORT), diffuse_reflectance=0.3)

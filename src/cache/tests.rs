@@ -40,8 +40,9 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 fn tables_read_equal_tables_built() {
     let folder = tempdir().unwrap();
     let cache = Cache::new(folder.path().join("made/when/needed"), AMPLE);
-    // A default skin has every optional part of a surface.
-    let skin = (Preset::Elaphe.build(None, None).unwrap(), Options { tolerance: 0.1, ..Options::default() });
+    // A skin has every optional part of a surface.
+    let coarse = Options { coherence_length_um: 10.0, tolerance: 0.1, ..Options::default() };
+    let skin = (Preset::Elaphe.build(None, None).unwrap(), coarse);
     for (field, options) in [(field(2.5), quick()), (field(2.0), Options::default()), skin] {
         let (built, origin) = cache.surface(&field, &options, &Progress::none()).unwrap();
         assert_eq!(origin, Origin::Kept);

@@ -1,11 +1,11 @@
 //! Power density `S(f; κ)` of an ensemble table (the mean over all positions of the coherence window), resampled to a
 //! finer grid of frequencies f and phase rates κ.
 //!
-//! Each node of the table has a record: a header and the spline coefficients of its power over κ. An interpolation
-//! kernel spreads the power over f, and the grid's nodes hold the sums. Albedo integrals read the grid, since a look-up
-//! is faster than in the table: one aperiodic period of the blazed grating takes 0.8 s instead of 7 s on two cores.
-//! Only tables of wide nodes have a grid, since it stays small there. They belong to aperiodic height fields a few µm
-//! wide.
+//! Each node of the table has a record: a header, then the spline coefficients of its power over κ (four at least). An
+//! interpolation kernel spreads the power over f, and the points of the grid hold the sums. A look-up in the grid is
+//! faster than in the table: the albedo table of one aperiodic period of the blazed grating takes 0.8 s instead of 7 s
+//! on two cores. Only tables of wide nodes (`integral.rs`) have a grid, since it stays small there. They belong to
+//! aperiodic height fields a few µm wide.
 
 use crate::numeric::math::GAUSSIAN_REACH;
 use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, LatticeAxis, NodeCurve, SpectralTable};

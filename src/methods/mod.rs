@@ -1,9 +1,9 @@
 //! The methods of realtime evaluation (docs/realtime.md). Each exists twice: in Rust, which is the definition, and in
 //! WGSL for the GPU, in the file of the same name.
 //!
-//! A [`Method`] evaluates a pair of directions in linear sRGB in 1/sr. [`Method::answers`] says whether the answer is
-//! the whole reflectance or the relief's factor of it. The factor is a [`Relief`], a function of the scattering vector
-//! `q = wi + wo = (u, v, w)` alone:
+//! A [`Method`] evaluates a pair of directions in linear sRGB in 1/sr. [`AnswerKind`] says whether the answer is the
+//! relief's factor of the reflectance, or the whole reflectance, or that of a film. The factor is a [`Relief`], a
+//! function of the scattering vector `q = wi + wo = (u, v, w)` alone:
 //!
 //! `relief_rgb(q) = ∫ S(f; κ)/λ² · weight(λ) dλ`, with the frequency `f = (u, v)/λ` and the phase rate `κ = 2πw/λ`.
 //!
@@ -16,7 +16,10 @@
 //! [`build`] builds a method for a height field. The published methods, [`Flss`], [`Nmm`], [`Pq`], [`Stam`] and
 //! [`StamGems`], evaluate a single window at a fixed position over a tile that repeats (`model = patch`,
 //! `tiling = periodic`), and support nothing else. The [`ColourTable`] supports both models and tilings, and the option
-//! `conserve_energy`. `GratingColourSurface`, a grating by Maxwell's equations, is also a method.
+//! `conserve_energy`. `grating::GratingColourSurface`, a grating by Maxwell's equations, is also a method.
+//!
+//! The modules without a public name serve several methods: tables of orders and their sums (`orders`, `order_grid`),
+//! weights of series (`term_weights`), Bessel functions, and colours of the observer.
 
 mod bessel;
 mod build;
@@ -56,6 +59,7 @@ pub use wgsl::{code, code_length, utf8};
 
 use crate::colour::OBSERVER_RANGE_NM;
 use crate::colour_table::SUM_SQUARED_MAX;
+// The macro that embeds a source; the module `wgsl` above shortens it.
 use crate::wgsl;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -173,8 +177,8 @@ const WAVELENGTH_MAX_UM: f32 = (1e-3 * OBSERVER_RANGE_NM.1) as f32;
 /// a number near 1 in single precision.
 const DIVISOR_MIN: f32 = crate::scattering::COSINE_MIN as f32;
 
-/// Whether `q` can be the sum of a query, a pair of unit vectors above the surface, with room for rounding. False where
-/// it is not finite.
+/// Whether `q` can be the sum of two unit vectors above the surface, with room for rounding. False where it is not
+/// finite.
 fn is_query(q: [f32; 3]) -> bool {
     q[2] > 0.0 && q.iter().map(|c| c * c).sum::<f32>() <= SUM_SQUARED_MAX
 }

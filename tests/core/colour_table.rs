@@ -63,7 +63,7 @@ impl Case {
 
     /// ΔE₀₀ over the hemisphere for one `wi`, ascending, at an exposure that clips a tenth of the lit directions.
     fn colour_errors(&self, table: &ColourTable, theta_deg: f64, phi_deg: f64) -> Vec<f64> {
-        const SIZE: usize = 64;
+        const SIZE: usize = 40;
         let spectrum = SpectralToRgb::visible(1.0).unwrap();
         let ((sin, cos), (sin_phi, cos_phi)) = (theta_deg.to_radians().sin_cos(), phi_deg.to_radians().sin_cos());
         let wi = [sin * cos_phi, sin * sin_phi, cos];

@@ -10,7 +10,7 @@ import { byId, page } from "./state.js";
 import { orderPicture } from "./view.js";
 import { showMessage, showProgress } from "./words.js";
 
-/** Smallest size that the library accepts for the pattern and the heights, relative to the relief: a depth of 0 %. */
+/** Relative size for a slider at 0 %: the smallest that the library accepts (`RELATIVE_SIZE`). */
 const SIZE_MIN = 1e-3;
 
 /** Adds the listeners of all controls. */
@@ -66,7 +66,7 @@ function listenToRelief() {
   listenForSurface("channel", (field) => field.value.trim() || undefined);
 }
 
-/** Angles of the sun. main.js listens to the sky. */
+/** Sliders of the sun's angles. The drawing of the sky also sets them (main.js). */
 function listenToSun() {
   for (const [id, key] of [["azimuth", "azimuth_deg"], ["elevation", "elevation_deg"]]) {
     byId(id).addEventListener("input", () => change(({ sun }) => (sun[key] = byId(id).valueAsNumber)));
@@ -103,10 +103,10 @@ function listenToInterface() {
     });
   });
   for (const id of ["eta", "cover_eta"]) listenForSurface(id, number);
-  // The library accepts `k` only with `eta`, so both are set. A `k` of 0 is left out.
+  // The library accepts `k` only with `eta`, so the shown default of `eta` is set, too. A `k` of 0 is left out.
   byId("k").addEventListener("change", () => change(({ surface }) => {
     setField(surface, "k", number(byId("k")) || undefined);
-    surface.eta ??= number(byId("eta"));
+    surface.eta ??= KERATIN_ETA;
   }));
   // The library requires the refractive index of a film. It refuses absorption, a cover, shadowing, and any obliquity
   // factor but the default one.
@@ -129,6 +129,7 @@ function listenToPicture() {
     change((settings) => (settings.exposure = byId("exposure").valueAsNumber)),
   );
   byId("size").addEventListener("change", orderPicture);
+  // Also called once at the start.
   new ResizeObserver(() => {
     if (byId("size").value === "auto") orderPicture();
   }).observe(byId("frame"));
