@@ -55,9 +55,8 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
     parts.join(" ")
 }
 
-/// The XML scene of the picture of `width` × `height` pixels. The plugin has neither the published methods nor
-/// [`Pigment::Mix`]. The scene has the plugin's own model of the relief instead, over the pigment of
-/// [`Pigment::Physical`].
+/// The XML scene of the picture of `size` = (width, height) in pixels. The plugin has neither the published methods nor
+/// [`Pigment::Mix`]: the scene has the model that those methods approximate, and the pigment of [`Pigment::Physical`].
 pub fn xml(settings: &Settings, size: (u32, u32)) -> String {
     let mut scene = String::new();
     let mut line = |text: &str| {
