@@ -55,7 +55,7 @@ RELIEF_PARAMETERS = (
     "depth",
 )
 # Parameters of both renderers in checks (a) and (b). The realtime method FLSS (docs/realtime.md) has only one coherence
-# window at a fixed position ("patch"), and no energy conservation. Obliquity factor and index are fixed for equality.
+# window at a fixed position ("patch"), and no energy conservation. Both renderers get this obliquity factor and index.
 SAME_MODEL = {"model": "patch", "obliquity": "stam", "conserve_energy": False, "eta": KERATIN}
 
 

@@ -17,8 +17,9 @@ struct Flss {
 
 @group(1) @binding(0) var<uniform> flss: Flss;
 
-// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr; zero for a q of no two directions above
-// the surface. Sums every `answer_parts`-th wavelength: the parts of an answer are added (common.wgsl).
+// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr. Zero unless q can be the sum of two unit
+// vectors above the surface (is_query). Callers add up `answer_parts` parts of the answer (common.wgsl): each part sums
+// every `answer_parts`-th wavelength.
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) {
         return vec3<f32>();
