@@ -99,7 +99,7 @@ def run_child(options: argparse.Namespace) -> int:
 
     Returns the exit status.
     """
-    # Sizes of the checks. With --compare the pictures exist and are not drawn.
+    # Sizes of the checks; with --compare no picture is drawn.
     plan = DRY_RUN if options.dry_run else replace(CARD, draws=not options.compare)
     name = options.parts[0]
     return 0 if checks.run(PARTS[name].checks(plan, options.pictures), options.rows) else checks.FAILED
@@ -107,7 +107,7 @@ def run_child(options: argparse.Namespace) -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Runs the parts in their own processes and writes the results; returns the exit status."""
-    # --compare needs no card, and is no dry run.
+    # With --compare the card's pictures exist already, so this machine needs no card.
     card = None if options.compare else machine.card()
     dry = options.dry_run or (card is None and not options.compare)
     if dry and not options.dry_run:

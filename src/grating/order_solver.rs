@@ -32,8 +32,7 @@ pub(super) trait OrderSolver: Sync {
 
 /// A solver that also gives polarisation.
 pub(super) trait ShapeSolver: OrderSolver {
-    /// Jones matrices between all orders, scaled to power 1 ([`JonesShape`]) and arranged like
-    /// [`OrderSolver::efficiencies`].
+    /// Normalised Jones matrices between all orders ([`JonesShape`]), arranged like [`OrderSolver::efficiencies`].
     ///
     /// # Errors
     /// A point that cannot be solved accurately enough.
