@@ -1,4 +1,5 @@
-//! Prints the BSDF of a sinusoidal grating over the angle of view: `cargo run --release --example evaluate`.
+//! Prints the BSDF of a perfectly reflecting sinusoidal grating over the angle of view:
+//! `cargo run --release --example evaluate`.
 
 #![allow(clippy::print_stdout, reason = "an example prints its result")]
 

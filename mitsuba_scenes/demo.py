@@ -50,7 +50,7 @@ FOILS_AND_FILMS = {
     "window": ("Window film in the sun, its spectra on the floor", window_scene, WINDOW_VIEW),
     "spectacles": ("Street lamps through diffraction spectacles", spectacles_scene, SPECTACLES_VIEW),
 }
-# Exposure of the third row in stops; 0 leaves the values as they are.
+# Exposure of the third row in stops (doublings): 0, since unlike the snake these scenes need no brightening.
 FOILS_AND_FILMS_EXPOSURE_STOPS = 0.0
 
 
@@ -163,7 +163,7 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
     gc.collect()
     sheet.append(foils_and_films_row(view, spp, output, announce, pictures))
     contact_sheet(sheet, output / "contact-sheet.png", view.width)
-    # The report is written before the comparison, which needs a GPU adapter and may fail.
+    # The report is written before the comparison, which may fail: it needs a GPU adapter, or one in software.
     write_report(report, output, start)
     print(f"{count} pictures, contact-sheet.png and report.json are in {output} ({report['seconds']:.0f} s)")
     if not mi.is_spectral:
@@ -209,11 +209,11 @@ def snake_rows(
         sheet.append([])
         for name, caption, skin, light in row:
             announce(caption)
-            # Pictures with equal parameters of the skin share one BSDF, so its tables are built once. The first of
-            # them loads it from the dictionary.
+            # Pictures with equal parameters of the skin share one BSDF, so its tables are built once: the first
+            # `render` takes the dictionary of `skin_bsdf`, later ones its BSDF.
             key = json.dumps(skin, sort_keys=True)
             bsdf = bsdf_of_skin.get(key) or skin_bsdf(skin, files.pigment)
-            # Two passes: the first includes the compilation of kernels, the second shows the time without it.
+            # The first pass includes the compilation of kernels; later ones show the time without it.
             result = picture.render(bsdf, files, light, view, spp, passes=2)
             bsdf_of_skin[key] = result.bsdf
             picture.check(result.pixels, name)

@@ -23,7 +23,7 @@ PLUGIN = PLUGIN_FOLDER / "plugins" / "diffraction.so"
 
 # Default variant of Mitsuba: vectorised and spectral.
 DEFAULT_VARIANT = "llvm_ad_spectral"
-# The variant that needs neither LLVM nor a GPU.
+# Variant that needs neither LLVM nor a GPU, used in place of any LLVM variant.
 FALLBACK_VARIANT = "scalar_spectral"
 
 
@@ -71,7 +71,7 @@ def use_variant(name: str = DEFAULT_VARIANT, fall_back: bool = True) -> str:
 
 @contextmanager
 def cache_off() -> Iterator[None]:
-    """Turns off the plugin's disk cache of built tables within the context, for measurements of build times."""
+    """Turns off the disk cache of tables, in plugin and command, within the context: to measure build times."""
     before = os.environ.get("SUNBEAM_CACHE")
     os.environ["SUNBEAM_CACHE"] = "off"
     try:

@@ -213,7 +213,7 @@ def spot_mm(
     The search begins at the brightest column near y = 0 within half the distance to each neighbouring order. The spot
     is the centroid over spatial frequency under a Gaussian window of standard deviation `window_per_um` in cycles per
     µm. The window is moved to the centroid and applied again, CENTROID_ROUNDS times. `picture` is as from
-    `photograph`.
+    `photograph`, and not black near y = 0.
     """
     expected = bench.position_mm(spacing_um, order, wavelength_nm)
     # The spot of an order within a hundredth of the width from an edge may be cut off.

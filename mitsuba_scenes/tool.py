@@ -15,8 +15,8 @@ TOOL = Path(os.environ.get("SUNBEAM", REPOSITORY / "target" / "release" / "sunbe
 def sunbeam(*words, tool: Path = TOOL, stdin: str | None = None) -> str:
     """Runs `sunbeam` and returns its standard output.
 
-    `words` are the arguments, such as strings, numbers and paths; `stdin` is the text of the standard input. Raises
-    SetupError where the command is missing or fails.
+    `words` are the arguments, at least one, such as strings, numbers and paths. `stdin` is the text of the standard
+    input. Raises SetupError where the command is missing or fails.
     """
     if not tool.exists():
         raise SetupError(f"the command line tool {tool} is missing: run `make tool`")

@@ -26,7 +26,7 @@ from .surfaces import write_synthetic_scan
 RESULTS = REPOSITORY / "docs" / "data" / "gpu.json"
 # File for the results of a dry run.
 DRY_RESULTS = REPOSITORY / "out" / "bench" / "gpu-dry-run.json"
-# Folder for pictures that the card draws.
+# Folder for pictures of the realtime renderer.
 PICTURES = REPOSITORY / "out" / "bench" / "gpu"
 # Time limit of a whole run in seconds, above the sum of the expected times that `--list` prints. A larger limit lets a
 # slower machine finish; a smaller one bounds the time for which a rented machine is needed.
@@ -99,6 +99,7 @@ def run_child(options: argparse.Namespace) -> int:
 
     Returns the exit status.
     """
+    # Sizes of the checks; with --compare no picture is drawn.
     plan = DRY_RUN if options.dry_run else replace(CARD, draws=not options.compare)
     name = options.parts[0]
     return 0 if checks.run(PARTS[name].checks(plan, options.pictures), options.rows) else checks.FAILED
@@ -123,7 +124,7 @@ def run(options: argparse.Namespace) -> int:
     results = supervisor.run_all(
         names, Run(tuple(flags), options.pictures.resolve(), time.monotonic() + options.seconds)
     )
-    # The file keeps other parts of the same card.
+    # The file keeps its results of other parts, unless they are another card's.
     supervisor.write(supervisor.gathered(results, about, file), file)
     wrong = [f"{name} {result['status']}" for name, result in results.items() if result["status"] != "passed"]
     print(f"wrote {file}\n{', '.join(wrong) or 'every part passed'}")

@@ -1,6 +1,6 @@
 """Comparison of the BSDF in two variants of Mitsuba: the checked one, and its reference (variants.py).
 
-The checked variant is for the card, or for LLVM in a dry run. Both variants answer the same questions by the calls
+The checked variant runs on the card, or by LLVM in a dry run. Both variants answer the same questions by the calls
 `eval`, `pdf`, `eval_pdf` and `sample`. A question is one set of arguments: two directions, wavelengths and random
 numbers (questions.py). Errors are measured as follows:
 
@@ -76,6 +76,7 @@ def agree(plan: Plan, kind: str, parameters: dict, perturbed: dict | None = None
     """
     variants = Pair(plan.variant(kind), reference(plan, kind))
     use(variants.reference)
+    # A scalar reference answers one question after another, so it gets fewer.
     count = plan.scalar_questions if is_scalar() else plan.questions
     reference_bsdf = mi.load_dict({"type": "diffraction", **parameters})
     use(variants.checked)

@@ -17,11 +17,11 @@ NOT_RUN = "not run"
 
 @dataclass(frozen=True)
 class Card:
-    """Name and driver of a card, and the results `parts` of benches/gpu by part, with measurements under `rows`.
+    """Name and driver of a card, and the results `parts` of benches/gpu by part, with a row of `rows` for each check.
 
     Arguments of the methods: `kind` is `rgb` or `spectral`, for the variants `cuda_ad_rgb` and `cuda_ad_spectral`.
-    `material` is a key of `bsdf_calls.bsdfs` or of `BenchmarkScene.bsdfs`, `call` one of `bsdf_calls.CALLS`, `scene`
-    the name of a `BenchmarkScene`, and `method` one of the realtime renderer.
+    `material` is a key of `bsdf_calls.bsdfs` or of `BenchmarkScene.bsdfs` (benchmark_scenes.py), `call` one of
+    `bsdf_calls.CALLS`, `scene` the name of a `BenchmarkScene`, and `method` one of the realtime renderer.
     """
 
     name: str | None = None
@@ -36,7 +36,7 @@ class Card:
     def call_ns(self, kind: str, material: str, call: str) -> float | None:
         """Nanoseconds per evaluation by one call of the BSDF, as in bsdf_calls.py."""
         row = self._row("calls", kind=kind, call=call)
-        # None without a row.
+        # None without a row, and for a material without a measurement.
         return row and row["ns"].get(material)
 
     def render_ratio(self, kind: str, scene: str, material: str) -> float | None:
@@ -46,7 +46,7 @@ class Card:
         return ratio and ratio["wall"]
 
     def frame_ms(self, method: str, width: int, height: int) -> float | None:
-        """Milliseconds of a frame of the realtime renderer, all stages; sizes in pixels."""
+        """Milliseconds of a frame of the realtime renderer, for all its stages; sizes in pixels."""
         row = self._row("realtime", method=method, size=[width, height])
         return row and row["ms"]
 
@@ -66,5 +66,5 @@ def read(file: Path = FILE) -> Card:
 
 
 def measured(value: float | None, digits: str = ".2g", unit: str = "") -> str:
-    """A measurement in the format `digits` with its unit, or "not run"."""
+    """A measurement in the format `digits`, followed by `unit` (with any space before it), or "not run"."""
     return NOT_RUN if value is None else f"{value:{digits}}{unit}"

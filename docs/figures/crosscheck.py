@@ -1,7 +1,7 @@
 """Part `crosscheck` of the documentation (page.py): the path tracer against the realtime renderer.
 
-The measurements are those of `python -m mitsuba_scenes.crosscheck`. A comparison of gratings with `theory = rigorous`
-is added, which that command leaves to the tests. A *control* is a comparison with a deliberate error, which must fail.
+The measurements are those of `python -m mitsuba_scenes.crosscheck`, and a comparison of gratings with `theory =
+rigorous`, which that command leaves to the tests. A *control* is a comparison with a deliberate error, which must fail.
 *Points* are comparisons of colours at the same points of the surface in both renderers.
 """
 
@@ -75,7 +75,7 @@ def gratings(folder: Path) -> dict:
 
 
 def point_figures(found: dict) -> dict:
-    """The page's numbers of one light at points: the sun's azimuth, relative errors, and the controls' medians."""
+    """The page's numbers of one light at points: the sun's azimuth, the relative errors, and the controls' medians."""
     kept = {key: found[key] for key in ("pixels", "median", "p99", "largest")}
     controls = {name: control["median"] for name, control in found["controls"].items()}
     return {"azimuth_deg": found["light"]["azimuth_deg"], **kept, "controls": controls}

@@ -63,7 +63,7 @@ def sinusoidal(path: Path, made: dict, passing_off: tuple) -> None:
 
 
 def lamellar(path: Path, made: dict, passing_off: tuple) -> None:
-    """Plots efficiencies of lamellar gratings: over λ/d, over height, and beside an equivalent sinusoid."""
+    """Plots efficiencies of lamellar gratings: over λ/d, over h/d, and beside a sinusoid of the same first harmonic."""
     figure, axes = plt.subplots(1, 3, figsize=(12, 3.6), sharey=True)
     littrow(axes[0], made["curves"], passing_off, f"lamellar, h/d = {made['depth']}")
     over_height = made["against_height"]

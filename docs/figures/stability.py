@@ -1,7 +1,7 @@
 """Part `stability` of the documentation (page.py): errors for deep reliefs and grazing directions.
 
 It also has random evaluations in Mitsuba, *questions* (questions.py). Symbols: κ is the phase rate and H half the range
-of heights, so κH is the largest phase in radians. S is the power density of the tables (docs/tables.md). *Taylor* and
+of heights, so κH is the largest phase in radians. S is the relief's power spectrum (docs/tables.md). *Taylor* and
 *Chebyshev* are series for the phase screen, and FLSS is a method that uses them (docs/model.md). A *point* of the
 report has the errors at one κH, or at one angle of incidence.
 

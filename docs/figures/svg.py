@@ -1,4 +1,4 @@
-"""Plots as SVG with text instead of outlines; equal numbers give identical files."""
+"""Plots as SVG with text instead of outlines; equal numbers give identical files. The import configures Matplotlib."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "su
 
 
 def save(figure: plt.Figure, path: Path) -> None:
-    """Writes and closes a figure."""
+    """Writes a figure to `path`, which ends in .svg, and closes it."""
     figure.tight_layout()
     figure.savefig(path, metadata={"Date": None})
     plt.close(figure)

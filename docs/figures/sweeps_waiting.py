@@ -1,8 +1,9 @@
 """Replacement of the computation in a measured sweep: each case waits for a fixed time.
 
-A *case* is a surface in one setting. Dask loads this module in each worker (sweeps_scale.py), and the import replaces
-`work.compute`. Cases take SUNBEAM_SWEEP_WAIT_SECONDS each, an environment variable. The time of the sweep beyond these
-waits is then the sweep's overhead, whatever other programs do.
+A *case* is a surface with one set of parameters. Dask loads this module in each worker (sweeps_scale.py), and the
+import replaces `work.compute`. The environment variable SUNBEAM_SWEEP_WAIT_SECONDS has the seconds that each case
+waits. The sweep's time beyond the waits is its overhead. Unlike a computation, a wait takes no longer when other
+programs run.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ from sunbeam_mitsuba.sweep import work
 
 
 def waiting(job, case, held):
-    """Waits; returns the record of a successful case, and no pictures. It has the signature of `work.compute`.
+    """Waits; returns the record of a successful case, and no pictures. Its signature is that of `work.compute`.
 
-    `held` has the surfaces that a worker keeps for later cases; it is not used.
+    `held`, the surfaces that a worker keeps for later cases, is not used.
     """
     start = time.perf_counter()
     time.sleep(float(os.environ["SUNBEAM_SWEEP_WAIT_SECONDS"]))

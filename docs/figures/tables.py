@@ -14,7 +14,7 @@ from mitsuba_scenes.tool import sunbeam
 
 from .speed_error import processor
 
-# Measured presets, besides the scans.
+# Presets whose tables are measured, besides those of the scans.
 PRESETS = ("blazed", "sinusoidal", "lamellar", "cd", "elaphe", "xenopeltis")
 
 

@@ -54,8 +54,8 @@ RELIEF_PARAMETERS = (
     "scale",
     "depth",
 )
-# The model that the realtime method FLSS (docs/realtime.md) computes: one coherence window at a fixed position, Stam's
-# obliquity factor, no energy conservation (docs/model.md).
+# Parameters of both renderers in checks (a) and (b). The realtime method FLSS (docs/realtime.md) has only one coherence
+# window at a fixed position ("patch"), and no energy conservation. Both renderers get this obliquity factor and index.
 SAME_MODEL = {"model": "patch", "obliquity": "stam", "conserve_energy": False, "eta": KERATIN}
 
 
@@ -74,7 +74,7 @@ class Case:
 
 
 def cases(scan: Path = SCAN) -> list[Case]:
-    """The measured scan if its file exists, the presets in SKINS, one preset under a cover, and one at another size.
+    """The scan if its file exists, the presets in SKINS, one preset under a cover, and one of other scale and depth.
 
     A missing scan is reported on stdout.
     """
@@ -132,7 +132,7 @@ def plugin(case: Case, **parameters) -> mi.BSDF:
 def turned(bsdf: mi.BSDF, degrees: float) -> Iterator[None]:
     """Rotates the BSDF's relief by further `degrees` within the context, without building its tables again."""
     parameters = mi.traverse(bsdf)
-    # A copy in degrees, since the assignment below changes the value of the dictionary in place.
+    # A copy of the rotation in degrees, since the assignment below changes the dictionary's value in place.
     rotation = mi.Float(parameters["rotation.value"])
     parameters["rotation.value"] = rotation + degrees
     parameters.update()

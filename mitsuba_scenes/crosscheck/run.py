@@ -1,6 +1,6 @@
-"""Runs checks (a) same points, (b) same picture and (c) methods of the comparison in fixed views and lights.
+"""Runs the checks (a) same points, (b) same picture and (c) methods in fixed views and lights.
 
-__init__.py defines the checks. (c) measures only; it cannot fail.
+They compare Mitsuba with the realtime renderer (__init__.py). (c) measures only; it cannot fail.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ WHOLE = View(72, 48)
 LIGHTS = tuple(sun(*angles) for angles in ((-180.0, 25.0), (-60.0, 40.0), (-30.0, 25.0)))
 # The sun of check (b), and of the short form of check (a).
 SINGLE_LIGHT = LIGHTS[1]
-# Samples a pixel of path-traced pictures of the patch model, whose speckle is noisy. More samples lower the noise.
+# Samples a pixel, a square number, of path-traced pictures of the patch model, whose speckle is noisy. More samples
+# lower the noise and take longer.
 SPP_PATCH = 2304
 # Samples a pixel of path-traced pictures of the ensemble, which has no speckle and needs fewer.
 SPP_ENSEMBLE = 1024
@@ -50,9 +51,9 @@ def crosscheck(output: Path, scan: Path = SCAN, short: bool = False) -> dict:
     A check that fails is reported, and the others go on; `insist` raises an error of all failures.
 
     The report has the entries "points", "pictures" and "methods", each by the surfaces' names, and the messages of all
-    failed checks as "failures". The report is written to `crosscheck.json` in `output`, beside the pictures.
+    failed checks as "failures". It is also written to `crosscheck.json` in `output`, beside the pictures.
 
-    The `short` form has two surfaces in one light, and the methods on the grating only. Raises SetupError in a variant
+    The `short` form has two surfaces in one light, and check (c) on the grating only. Raises SetupError in a variant
     without wavelengths.
     """
     if not mi.is_spectral:

@@ -43,6 +43,7 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
     # Both renderers use the model of the realtime method FLSS.
     skin = {**case.skin, **SAME_MODEL}
     report = realtime.render(gpu_exr, "flss", files.mesh, skin, light, view, case.supersample)
+    # Wavelengths and colour weights of the realtime picture, with which Mitsuba's spectra become a colour, too.
     quadrature = Quadrature.of_report(report)
 
     def compared(bsdf: mi.BSDF, name: str, spp_fraction: float = 1.0) -> dict:

@@ -44,7 +44,7 @@ impl ObliquityChoice {
         }
     }
 
-    /// The factor for a refractive index, `None` for a surface that reflects everything.
+    /// The factor for a refractive index; `index` is `None` for a surface that reflects everything.
     pub fn resolved(self, index: Option<&SpectralIndex>) -> Obliquity {
         match self {
             Self::Auto if index.is_some_and(SpectralIndex::is_dielectric) => Obliquity::SmallSlope,

@@ -10,6 +10,7 @@ use crate::scattering::SpectralIndex;
 ///
 /// // A sinusoid of period 0.5 µm and height 0.05 µm on a film of index 1.5.
 /// let profile = Profile::sinusoid(0.5, 0.05)?;
+/// // The tables may take the default limits of memory and time, times 1.
 /// let (coherence_length_um, build_limit) = (20.0, 1.0);
 /// let body = GratingBody::Film(1.5);
 /// let film = GratingSurface::of_body(&profile, body, coherence_length_um, build_limit, &Progress::none())?;
@@ -28,7 +29,7 @@ pub enum GratingBody<'a> {
 }
 
 impl GratingBody<'_> {
-    /// Whether the medium below the relief is a dielectric. Its efficiencies vary more smoothly than a metal's, but one
+    /// Whether the medium below the relief is a dielectric. Efficiencies vary more smoothly than above a metal, but one
     /// solution takes longer (`plan.rs`).
     pub(super) fn is_dielectric(self) -> bool {
         match self {

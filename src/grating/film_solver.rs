@@ -2,9 +2,8 @@
 //! along x, and b their Bloch phase. Both are in units of 2π over the period.
 //!
 //! A film is a relief on a dielectric whose lower side is flat and has air below it. Light passes the flat side once;
-//! reflections between both sides are left out, so the film's thickness does not matter. Behind the flat side light is
-//! in air again. Both sides of the film therefore have the same orders, those that propagate in air. An order on one
-//! side is a *channel*.
+//! reflections between both sides are left out, so the film's thickness does not matter. With air on either side, both
+//! have the same orders. An order on one side is a *channel*.
 
 use super::GratingError;
 use super::dielectric_solver::solve_in_air;
@@ -15,13 +14,14 @@ use sunbeam_rigorous::{Channel, Scattering, Side};
 
 /// The solver of a profile on a film.
 pub(super) struct FilmSolver<'a> {
+    /// The profile's nodes, refined where a solution violates the power balance.
     pub(super) meshes: &'a Meshes,
     /// Refractive index of the film.
     pub(super) eta: f64,
 }
 
 impl FilmSolver<'_> {
-    /// `extract(solution, outgoing channel, incident channel)` for all pairs of channels, at each wavelength in nm:
+    /// `extract(amplitudes, outgoing channel, incident channel)` for all pairs of channels, at each wavelength in nm:
     /// `[wavelength][incident · channels + outgoing]`. Channels are the orders above the film, then those below it.
     ///
     /// # Errors
@@ -33,8 +33,9 @@ impl FilmSolver<'_> {
         wavelengths_nm: &[f64],
         extract: impl Fn(&Scattering, Channel, Channel) -> T,
     ) -> Result<Vec<Vec<T>>, GratingError> {
-        let extract_all = |scattering: Scattering| {
-            // The solution's orders below are those within the film; those beyond the horizon of air stay there.
+        let over_channels = |scattering: Scattering| {
+            // Orders of `Side::Below` are those inside the film. Some are reflected totally at its flat side, so
+            // channels below have the orders in air instead.
             let orders_in_air = scattering.orders(Side::Above);
             let channels = || {
                 let on = |side: Side| orders_in_air.iter().map(move |&order| Channel { side, order });
@@ -44,7 +45,7 @@ impl FilmSolver<'_> {
             pairs.map(|(out, from)| extract(&scattering, out, from)).collect()
         };
         let solutions = solve_in_air(self.meshes, self.eta, (t, b), wavelengths_nm)?;
-        Ok(solutions.into_iter().map(extract_all).collect())
+        Ok(solutions.into_iter().map(over_channels).collect())
     }
 }
 

@@ -9,7 +9,7 @@ use super::jones_shape::JonesShape;
 /// x. It propagates in air where `|b + m| < t`, with `t = (d/λ)·√(1 − y²)` and the direction cosine y along the
 /// grooves. The Bloch phase b matters only up to an integer, so it may be the wave number of any order.
 pub(super) trait OrderSolver: Sync {
-    /// Unpolarised efficiencies between all orders that propagate at `t` and the Bloch phase `b`.
+    /// Efficiencies (fractions of unpolarised power) between all orders that propagate at `t` and the Bloch phase `b`.
     ///
     /// Returns one matrix for each wavelength in nm, with the efficiency from order number `incident` to order number
     /// `outgoing` at `[incident · orders + outgoing]`. Order numbers count from 0 by ascending m, and `orders` is the
@@ -32,8 +32,7 @@ pub(super) trait OrderSolver: Sync {
 
 /// A solver that also gives polarisation.
 pub(super) trait ShapeSolver: OrderSolver {
-    /// Shapes of the Jones matrices between all orders, arranged like [`OrderSolver::efficiencies`]. [`JonesShape`]
-    /// documents the scale of a shape and of its crossed elements.
+    /// Normalised Jones matrices between all orders ([`JonesShape`]), arranged like [`OrderSolver::efficiencies`].
     ///
     /// # Errors
     /// A point that cannot be solved accurately enough.

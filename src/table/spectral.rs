@@ -138,8 +138,8 @@ impl SpectralTable {
     /// Interpolates records at a frequency in cycles/µm: `record` becomes the weighted sum of the records around `f`,
     /// with a header and `coefficients` spline coefficients. The caller passes the buffer, to reuse its memory.
     ///
-    /// `record` becomes empty beyond the cutoff, and where no node with a record has a weight. Coefficients are
-    /// complete up to those that are read at [`SpectralTable::kappa_limit`].
+    /// `record` becomes empty beyond the cutoff, and where no node with a record has a weight. Coefficients beyond the
+    /// last that is read at [`SpectralTable::kappa_limit`] are meaningless.
     pub(crate) fn interpolate_record(&self, f: [f64; 2], coefficients: usize, record: &mut Vec<f32>) {
         record.clear();
         if !self.is_resolved(f) {
@@ -188,8 +188,8 @@ impl SpectralTable {
         })
     }
 
-    /// `S` in µm² at `position` (in nodes) from the values of nodes: `value(index)`, with the row-major index of a node
-    /// in the lattice. Powers are real.
+    /// `S` in µm² at `position` (in nodes, within the cutoff) from the values of nodes: `value(index)`, with the
+    /// row-major index of a node in the lattice. Powers are real.
     pub(super) fn combine(&self, position: [f64; 2], value: impl Fn(usize) -> Complex64) -> f64 {
         let (x, y) = (&self.lattice.x, &self.lattice.y);
         let mut sum = Complex64::ZERO;

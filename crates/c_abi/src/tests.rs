@@ -51,7 +51,7 @@ fn batches_match_the_library() {
     let surface = new(QUICK).unwrap();
     let config = sunbeam::config::SurfaceConfig::from_json(QUICK).unwrap();
     let (direct, _) = config.build(&sunbeam::cache::Cache::off()).unwrap();
-    // Directions begin five floats apart, with NaN between them. All items have the three wavelengths of one array.
+    // Directions begin five floats apart, with NaN between them. All items have the same three wavelengths (stride 0).
     // `f` lies in reverse order: that of item i begins at 57 − 3i.
     let mut wi = Vec::new();
     let mut wo = Vec::new();

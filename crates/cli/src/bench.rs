@@ -216,7 +216,7 @@ fn bench_sampler(args: &BenchArgs) -> Outcome {
         }
         let name = surface_name(&config);
         log(start, &name);
-        // The origin of the tables is known: without a cache they are built.
+        // The origin of the tables (built or cached) is known: without a cache they are built.
         let (surface, _origin) = config.build(&Cache::off())?;
         let figures = SamplerFigures { bytes: surface.sampler().bytes(), rows: sampler(&surface, samples) };
         surfaces.push(Named { name, figures });

@@ -48,8 +48,8 @@ struct Report<'a> {
     pixels: usize,
     /// Exposure of the pictures as shown: the given one or the default.
     exposure_stops: f64,
-    /// The figures of the compared pixels. Outside the mask both pictures are black only so that FLIP's filters bring
-    /// nothing in from there.
+    /// The figures of the compared pixels. The other pixels count as black, since FLIP's filters would carry their
+    /// colours into the mask.
     #[serde(flatten)]
     figures: Figures,
 }

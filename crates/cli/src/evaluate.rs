@@ -7,7 +7,8 @@
 //! - θi, θr: the angles of incidence and of view with the normal, both in the xz plane, positive on the side of +x;
 //! - λ: the wavelength;
 //! - d: the spacing of the grating;
-//! - S/λ²: the response of the relief in 1/sr, `f_r` without the Fresnel, obliquity and shadowing factors.
+//! - S/λ²: the *response* of the relief in 1/sr, with its power spectrum S in µm²: `f_r` without the Fresnel, obliquity
+//!   and shadowing factors.
 //!
 //! The first order leaves where λ = d·(sin θi + sin θr).
 
@@ -113,8 +114,8 @@ struct Spacing {
 }
 
 impl Spacing {
-    /// The spacing by the grating equation, from the angle of the peak at each wavelength, of which there is at least
-    /// one. `sin_i` is sin θi. No peak is at order zero, θr = −θi, where the divisor is 0.
+    /// The spacing by the grating equation, from the angle of the peak at each wavelength; at least one wavelength is
+    /// needed. `sin_i` is sin θi. No peak is at order zero, θr = −θi, where the divisor is 0.
     fn new(wavelengths_nm: &[f64], peaks_deg: &[f64], sin_i: f64) -> Self {
         let spacing = |(nm, peak): (&f64, &f64)| nm / (sin_i + peak.to_radians().sin());
         let spacings: Vec<f64> = wavelengths_nm.iter().zip(peaks_deg).map(spacing).collect();
@@ -238,7 +239,7 @@ impl EvaluateArgs {
         Ok(())
     }
 
-    /// `S/λ²` in 1/sr, `[wavelength][angle of view]`. The tile has `pixels_x` pixels along x and the length `tile_um`.
+    /// `S/λ²` in 1/sr, `[wavelength][angle of view]`. Along x, the tile has `pixels_x` pixels and the length `tile_um`.
     ///
     /// The method nmm (non-uniform wavelengths) has values only where an order of the tile leaves. Its rows are 0
     /// except at the angles nearest to these orders.

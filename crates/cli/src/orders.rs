@@ -121,7 +121,7 @@ impl Range {
             .ok_or_else(|| format!("it must be two finite numbers and a count from 2 to {POINTS_MAX}: FROM,TO,COUNT"))
     }
 
-    /// The `i`-th value.
+    /// Value `i`, counted from 0.
     fn value(&self, i: usize) -> f64 {
         self.from + (self.to - self.from) * i as f64 / (self.count - 1) as f64
     }
@@ -158,7 +158,7 @@ fn run_along_curve(args: &OrdersArgs, over: Over, range: Range) -> Outcome {
     args.refuse_replaced(over)?;
     let problems =
         (0..range.count).map(|i| args.problem(Some((over, range.value(i))))).collect::<Result<Vec<_>, _>>()?;
-    // A point may take a minute, so all of them are checked before the first is solved.
+    // A point may take a minute, so the sizes of all problems are checked before the first is solved.
     for (config, incidence) in &problems {
         SolvedOrders::check(config, incidence)?;
     }
@@ -239,7 +239,7 @@ fn print_table(solved: &SolvedOrders, transmission: Transmission) -> Outcome {
         Transmission::Film => ("side", "left inside the film"),
         Transmission::Interface => ("side", ""),
     };
-    // The column of the side, empty for surfaces that transmit nothing.
+    // An entry of the column of sides.
     let side_column = |side: &str| if side_title.is_empty() { String::new() } else { format!("{side:>8} ") };
     let side = side_column(side_title);
     writeln!(out, "{side}{:>5} {:>9} {:>9} {:>9} {:>9} {:>9}", "order", "theta", "phi", "te %", "tm %", "mean %")?;
@@ -251,7 +251,7 @@ fn print_table(solved: &SolvedOrders, transmission: Transmission) -> Outcome {
     }
     if let Some([te, tm]) = solved.absorbed.filter(|_| !rest_title.is_empty()) {
         let [te, tm, mean] = [te, tm, 0.5 * (te + tm)].map(|fraction| percent(Some(fraction)));
-        // The title fills the columns of the side, order, theta and phi. The last three have 25 characters.
+        // The title fills the columns of side, order, theta and phi. The last three have 25 characters with their gaps.
         let width = 25 + side_column("").len();
         writeln!(out, "{rest_title:>width$} {te:>9} {tm:>9} {mean:>9}")?;
     }

@@ -26,7 +26,7 @@ impl Output {
         &self.0
     }
 
-    /// Whether the name means stdout.
+    /// Whether the name means stdout. Only a parser with [`OutputParser::or_stdout`] lets it pass.
     pub fn is_stdout(&self) -> bool {
         self.0 == Path::new(STDOUT)
     }
@@ -144,12 +144,14 @@ pub(crate) fn listed(extensions: &[&str]) -> String {
     }
 }
 
-/// A hint at the argument of the command that is named after the extension, such as `--png`. It is empty where there is
-/// no such argument.
+/// A hint at the argument of the command that is named after the extension and takes a file, such as `--png`. It is
+/// empty where there is none: the `--json` of `sunbeam orders` is a flag.
 fn advice(extension: Option<String>, command: &Command) -> String {
-    let is_argument =
-        |name: &String| command.get_arguments().any(|argument| argument.get_long() == Some(name.as_str()));
-    extension.filter(is_argument).map(|name| format!("; --{name} writes a .{name}")).unwrap_or_default()
+    let takes_file = |name: &String| {
+        let mut arguments = command.get_arguments().filter(|argument| argument.get_action().takes_values());
+        arguments.any(|argument| argument.get_long() == Some(name.as_str()))
+    };
+    extension.filter(takes_file).map(|name| format!("; --{name} writes a .{name}")).unwrap_or_default()
 }
 
 /// The extension in lower case, without its dot.
@@ -203,4 +205,19 @@ fn check_new(path: &Path) -> Result<(), String> {
     tempfile::tempfile_in(folder)
         .map(drop)
         .map_err(|error| format!("{} cannot be written to: {error}", folder.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::ArgAction;
+
+    #[test]
+    fn advice_names_arguments_with_a_value_and_no_flags() {
+        let command = Command::new("orders")
+            .arg(Arg::new("png").long("png"))
+            .arg(Arg::new("json").long("json").action(ArgAction::SetTrue));
+        assert_eq!(advice(Some("png".to_owned()), &command), "; --png writes a .png");
+        assert_eq!(advice(Some("json".to_owned()), &command), "");
+    }
 }

@@ -35,8 +35,8 @@ pub fn skip(need: &str, reason: impl Display) {
     }
 }
 
-/// The line that reports a skip of the running test, or the reason why the test must fail. `required` is the value of
-/// `SUNBEAM_REQUIRE`.
+/// The line that reports a skip of the running test, or as the error the reason why the test must fail. `required` is
+/// the value of `SUNBEAM_REQUIRE`.
 fn skip_line(need: &str, required: &str, reason: &dyn Display) -> Result<String, String> {
     let known: Vec<&str> = NEEDS.lines().filter_map(|line| line.split_whitespace().next()).collect();
     let required: Vec<&str> = required.split(',').map(str::trim).filter(|name| !name.is_empty()).collect();
@@ -61,10 +61,10 @@ fn report(line: &str, skips: Option<&OsStr>) -> io::Result<()> {
     Ok(())
 }
 
-/// The folder of measured data: `SUNBEAM_DATA`, or `../shared/data` beside the repository.
+/// The folder of measured data, which the repository lacks: `SUNBEAM_DATA`, or `../shared/data` from the repository.
 ///
 /// Atomic-force scans are in its folder `afm`; crops of them with the orders' efficiencies by a Maxwell solver are in
-/// `maxwell`. The repository holds neither.
+/// `maxwell`.
 pub fn data_folder() -> PathBuf {
     env::var_os("SUNBEAM_DATA").map_or_else(|| Path::new(REPOSITORY).join("../shared/data"), PathBuf::from)
 }

@@ -117,7 +117,7 @@ fn draw(args: &Args) -> Result<(), Box<dyn Error>> {
     Ok(ndarray_npy::write_npy(&args.output, &array)?)
 }
 
-/// Settings, and the GPU and the method's shader that draw them.
+/// Settings, with the GPU and the method's shader that draw them.
 struct Drawing<'a> {
     gpu: &'a Gpu,
     settings: &'a Settings,
@@ -191,7 +191,7 @@ fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path)
 }
 
 /// Contents of the file that an example names: a scan in the folder `scans`. If the example has a cut, the file is made
-/// in `folder` from the corner of a preset instead. `None` where the scan is missing or cannot be read.
+/// in `folder` from the corner of a preset instead ([`write_cut`]). `None` where the scan is missing or unreadable.
 fn file_contents(
     example: &mut Value,
     file: &str,
@@ -202,7 +202,7 @@ fn file_contents(
     if let Some(cut) = example.as_object_mut().and_then(|example| example.remove("cut")) {
         write_cut(&cut, &folder.join(file))?;
     }
-    // A file that is already in the folder, such as the cut, is preferred to a scan.
+    // A file in `folder`, such as the cut or a scan that an earlier run copied, is preferred to one in `scans`.
     let own = Some(folder).filter(|folder| folder.join(file).exists());
     Ok(own.or(scans).and_then(|folder| std::fs::read(folder.join(file)).ok()))
 }

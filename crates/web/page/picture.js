@@ -15,13 +15,13 @@ import { orderPicture } from "./view.js";
 import { rounded, showMessage, showStatus } from "./words.js";
 
 /**
- * Time in ms after which an unfinished picture is reported in the status line. Chosen longer than between two pictures
- * of a drag, so that the line stays as it is then: laying out its text takes a tenth of the time of a draft.
+ * Time in ms after which an unfinished picture is reported in the status line. Chosen longer than the time between two
+ * pictures of a drag, so that the line does not change then: laying out its text takes a tenth of the time of a draft.
  */
 const STATUS_DELAY_MS = 100;
 /**
- * Largest time in ms between two losses of the device that are not by chance, chosen. After the second, the visitor is
- * asked before the device is opened again.
+ * Time in ms, chosen, within which a second loss of the device is taken for a defect. The visitor is then asked before
+ * the device is opened again.
  */
 const LOSS_MS = 10000;
 

@@ -1,4 +1,4 @@
-// Orders of pictures from the artist.
+// Orders of pictures from the artist, the Web Worker that draws (artist.js).
 
 import { byId, page } from "./state.js";
 
@@ -7,7 +7,7 @@ const WIDTH_MAX = 1536;
 /** Smallest width in pixels of a picture whose size follows the window, for windows that are nearly closed. */
 const WIDTH_MIN = 96;
 
-/** Width and height of the finest picture in pixels: chosen by the visitor, or 3:2 in the width of its frame. */
+/** Width and height in pixels: the visitor's choice, or 3:2 in the width of the frame. Coarser drafts come first. */
 export function pictureSize() {
   const chosen = byId("size").value;
   if (chosen !== "auto") return chosen.split("x").map(Number);
@@ -16,8 +16,8 @@ export function pictureSize() {
 }
 
 /**
- * Orders a picture of the current settings. It may be called for every event of a drag: browsers send one each frame,
- * and the artist draws only the last order.
+ * Orders a picture of the current settings, if a device is open. It may be called for every event of a drag: browsers
+ * send one each frame, and the artist draws only the last order.
  */
 export function orderPicture() {
   if (!page.adapter) return;

@@ -7,7 +7,7 @@ use crate::settings::{Pigment, Settings};
 use serde::Serialize;
 use serde_json::Value;
 use sunbeam::config::{ReliefSource, Source, SurfaceConfig};
-use sunbeam::methods::{MethodKind, MethodOptions, Repeats};
+use sunbeam::methods::{MethodKind, MethodOptions, Repeats, StamForm};
 use sunbeam_realtime::{Camera, PIGMENT_SCALE, SOIL, Shape};
 
 /// The `sunbeam render` command that draws the picture of `width` × `height` pixels, with `supersample` rays along each
@@ -21,6 +21,10 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
     }
     add("exposure", settings.exposure.to_string());
     for (name, value) in surface_parameters(settings).into_iter().chain(method_options(settings)) {
+        // No factor multiplies the colours of GPU Gems, so the command refuses these with them.
+        if is_gems(settings) && ["obliquity", "shadowing"].contains(&name) {
+            continue;
+        }
         let flag = if name == "filename" { "height-field".to_owned() } else { name.replace('_', "-") };
         add(&flag, value);
     }
@@ -55,9 +59,8 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
     parts.join(" ")
 }
 
-/// The XML scene of the picture of `width` × `height` pixels. The plugin has neither the published methods nor
-/// [`Pigment::Mix`]. The scene has the plugin's own model of the relief instead, over the pigment of
-/// [`Pigment::Physical`].
+/// The XML scene of the picture of `size` = (width, height) in pixels. The plugin has neither the published methods nor
+/// [`Pigment::Mix`]: the scene has the model that those methods approximate, and the pigment of [`Pigment::Physical`].
 pub fn xml(settings: &Settings, size: (u32, u32)) -> String {
     let mut scene = String::new();
     let mut line = |text: &str| {
@@ -240,15 +243,20 @@ fn surface_parameters(settings: &Settings) -> Vec<(&'static str, String)> {
     parameters
 }
 
+/// Whether the method is `stam` in the form of GPU Gems, the only reader of the options `gems_…`.
+fn is_gems(settings: &Settings) -> bool {
+    settings.method == MethodKind::Stam && settings.options.stam_form == StamForm::Gems
+}
+
 /// The method, and names and values of the command's options for it. Options with default values and options that the
-/// method ignores are left out.
+/// method ignores, which the command refuses, are left out.
 fn method_options(settings: &Settings) -> Vec<(&'static str, String)> {
     let (options, default) = (&settings.options, MethodOptions::default());
     let supported = settings.method.options();
     let mut named_values = vec![("method", settings.method.name().to_owned())];
     // `field` is the name in `MethodOptions`, `option` that of the command. `value` is `None` for a default.
     let mut add = |field: &'static str, option: &'static str, value: Option<String>| {
-        if supported.contains(&field) {
+        if supported.contains(&field) && (is_gems(settings) || !field.starts_with("gems_")) {
             named_values.extend(value.map(|value| (option, value)));
         }
     };
@@ -339,6 +347,13 @@ mod tests {
         let flss = command(r#"{"method": "flss", "options": {"lambda_step_nm": 10, "weighted": false}}"#);
         assert!(flss.contains("--method flss --lambda-step 10") && !flss.contains("weighted"));
         assert!(flss.contains("--tiling periodic") && flss.contains("--model patch"));
+        let stam = |options: &str| {
+            command(&format!(r#"{{"surface": {{"obliquity": "unit"}}, "method": "stam", "options": {options}}}"#))
+        };
+        let spacing = stam(r#"{"gems_sharpness": 20}"#);
+        assert!(spacing.contains("--obliquity unit") && !spacing.contains("gems"));
+        let gems = stam(r#"{"stam_form": "gems", "gems_sharpness": 20}"#);
+        assert!(gems.contains("--stam-form gems --gems-sharpness 20") && !gems.contains("obliquity"));
     }
 
     #[test]

@@ -71,12 +71,13 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
     }
     let view = args.scene.view(args.supersample)?;
     view.check()?;
+    // Without an index on the command line, the surface is keratin and not a perfect conductor.
+    let index = surface.index().unwrap_or(KERATIN);
     let settings = Settings {
         surface,
         kind,
         options,
-        // Without an index on the command line, the surface is keratin and not a perfect conductor.
-        index: Some(args.surface.config()?.index().unwrap_or(KERATIN)),
+        index: Some(index),
         orbit: Orbit::from(&view.camera),
         sun: Sun::from(&view.light),
         view,
@@ -88,7 +89,7 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
     open(Start {
         settings,
         make_scene: Box::new(move || scene.mesh().map_err(|error| error.to_string())),
-        // In egui's points: pixels of a screen that is not scaled.
+        // In egui's points, which are pixels on a screen without scaling.
         size: [args.size.0 as f32, args.size.1 as f32],
         // The default name is not checked, so the window opens even if the working folder cannot be written.
         screenshot: args.screenshot.as_ref().map_or_else(|| SCREENSHOT.into(), |file| file.path().to_owned()),

@@ -15,7 +15,7 @@ use sunbeam::table::COHERENCE_LENGTH_UM;
 use sunbeam::transform::Series;
 use sunbeam_realtime::Blend;
 
-// Ranges of controls. They have the usual values; options of the command line accept more.
+// Ranges of controls. They have the usual values; options of the command line accept more, and are not clamped.
 /// Exposure in stops.
 const EXPOSURE_STOPS: RangeInclusive<f64> = -6.0..=12.0;
 /// Pixels of the picture per pixel of the window, along each side.
@@ -33,7 +33,7 @@ const PERIOD_UM: RangeInclusive<f64> = 0.05..=100.0;
 const SLIDER_POINTS: f32 = 82.0;
 
 /// All controls, from top to bottom. The last three arguments of `number` and `optional` are the range, the change per
-/// point of a drag, and the unit; `optional` has before them the value when it is switched on (widgets.rs).
+/// point of a drag, and the unit. Before them, `optional` has the value when it is switched on (widgets.rs).
 pub(crate) fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm) {
     section(ui, "Surface", |ui| {
         form.show(ui, &mut settings.surface);
@@ -138,7 +138,9 @@ fn show_repeats(ui: &mut Ui, repeats: &mut Option<Repeats>) {
 fn show_picture(ui: &mut Ui, settings: &mut Settings) {
     row(ui, "Exposure", |ui| {
         ui.spacing_mut().slider_width = SLIDER_POINTS;
-        ui.add(egui::Slider::new(&mut settings.exposure, EXPOSURE_STOPS).max_decimals(1));
+        let slider = egui::Slider::new(&mut settings.exposure, EXPOSURE_STOPS).max_decimals(1);
+        // An exposure of the command line may be out of range or have more decimals, and stays until the user edits it.
+        ui.add(slider.clamping(egui::SliderClamping::Edits));
     });
     let mut blend = Blending::from(settings.view.blend);
     choice(ui, "Pigment", &mut blend, Blending::ALL);

@@ -1,7 +1,8 @@
 """Writes the sweep's table of settings and figures, the table of times, and the summary.
 
-A row is a *case*, a surface under a setting. A *want* (wants/want.py) is a group of figures, computed numbers and
-pictures; it declares the columns of its figures. The record of a case (work.record_of) has the figures by column.
+A row is a *case*: a surface under one of the specification's ``settings`` (optics and light). A *want* (wants/want.py)
+is a group of figures: computed numbers and pictures. It declares their columns. The record of a case (work.record_of)
+has the figures by column.
 """
 
 from __future__ import annotations
@@ -142,7 +143,7 @@ class _ParquetTable:
 
     def __init__(self, schema: pa.Schema):
         self._schema = schema
-        # Rows of the group that is not encoded yet.
+        # Rows that are not encoded yet, fewer than _GROUP_ROWS.
         self._rows: list[dict[str, Any]] = []
         self._buffer = io.BytesIO()
         self._writer = pq.ParquetWriter(self._buffer, schema, compression="zstd")
@@ -161,7 +162,7 @@ class _ParquetTable:
         return self._buffer.getvalue()
 
     def _flush(self) -> None:
-        """Encodes the group's rows."""
+        """Encodes the rows of `_rows` as a group."""
         self._writer.write_table(pa.Table.from_pylist(self._rows, schema=self._schema))
         self._rows = []
 

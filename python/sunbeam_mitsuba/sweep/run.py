@@ -1,8 +1,8 @@
 """Runs a sweep from its specification to its table of results.
 
-A *case* is a surface under a setting, a row of the table. Results of earlier runs stay in the folder, so a run computes
-only the cases without a valid result. The workers write results. This process, the driver, reads them back for the
-table, the contact sheet of pictures and the summary (store.py).
+A *case* is a surface under one of the specification's ``settings``, a row of the table. Results of earlier runs stay in
+the folder, so a run computes only the cases without a valid result. The workers write results. This process, the
+driver, reads them back for the table, the contact sheet of pictures and the summary (store.py).
 """
 
 from __future__ import annotations
@@ -91,8 +91,8 @@ def run(
 ) -> Outcome:
     """Computes the missing cases of a sweep and writes its table, sheet and summary.
 
-    - ``workers`` and ``memory_gb``: number of processes on this machine, and memory of each. The default is one process
-      per core, or fewer where memory is short, with equal parts of the free memory.
+    - ``workers`` and ``memory_gb``: number of processes on this machine, and memory limit of each. The default is one
+      process per core, or fewer where memory is short or cases are few, with equal parts of the free memory.
     - ``scheduler``: address of a Dask scheduler, whose workers compute the cases instead. ``workers`` and ``memory_gb``
       then have no effect.
     - ``fresh``: removes earlier results in the folder, which are kept otherwise.
@@ -114,7 +114,7 @@ def run(
             want.check_here()
         check_library(case.parameters for case in cases)
     store = Store(spec.output)
-    # `open` raises SweepError itself, and then leaves the folder unlocked.
+    # `open` is outside of `try`: where it raises SweepError, it leaves the folder unlocked.
     store.open(fresh)
     # Entries of the summary that are known at the start.
     begun = {"version": version(), "cases": len(cases), "started": _now()}
@@ -122,7 +122,7 @@ def run(
         write_summary(spec, "unfinished", begun)
         pending, failed = _pending_cases(spec, cases, retry_failed)
         with Progress(len(cases), len(cases) - len(pending), failed, progress) as counter:
-            # The inner block adds the number of finished cases to errors. The outer one converts earlier errors.
+            # The inner block adds the number of finished cases to errors. The outer one converts errors from before it.
             try:
                 if pending:
                     with _client(spec, job, pending, scheduler, workers, memory_gb, progress) as client:

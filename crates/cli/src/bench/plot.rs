@@ -30,7 +30,7 @@ const OTHER_COLOUR: &str = "#8c564b";
 
 /// Draws the entries of each surface, `(name, entries)` with at least one entry, as SVG.
 ///
-/// An entry is a disc, hollow where its model is a patch. A ring marks a method's default parameters. A grey line joins
+/// An entry is a disc, hollow where its model is `patch`. A ring marks a method's default parameters. A grey line joins
 /// the entries on the Pareto front of the two drawn quantities ([`front_points`]).
 pub(super) fn svg(surfaces: &[(&str, &[Entry])]) -> String {
     drawing(surfaces.iter().map(|(name, entries)| surface_chart(name, entries)).collect(), SIZE, COLUMNS)

@@ -39,7 +39,7 @@ use sunbeam::transform::{OrderTransform, chebyshev_terms};
 /// Remainder of the interpolation relative to the total power: near the rounding of sums in double precision. Smaller
 /// values would add nodes without effect.
 const REMAINDER: f64 = 1e-12;
-/// Largest exponent of a Gaussian g along one axis that is summed. The others are below e⁻²⁹ = 2.5e-13, near rounding.
+/// Largest exponent a·d² ([`Axis`]) of a Gaussian that is summed. The others are below e⁻²⁹ = 2.5e-13, near rounding.
 const EXPONENT_MAX: f64 = 29.0;
 /// Step between the wavelengths that [`Truth::check`] compares, as a number of wavelengths. It is prime, so that the
 /// checks spread over all wavelengths.
@@ -78,8 +78,8 @@ struct Axis {
 }
 
 impl Axis {
-    /// Replaces `values` by the Gaussians of the orders around `position`, and returns the first of these orders.
-    /// `position` is a fractional order. There may be no such orders.
+    /// Replaces `values` by the Gaussians of the orders around `position`, a fractional order, and returns the first of
+    /// these orders. Without such orders, `values` is empty.
     ///
     /// With an even number of pixels, the bin at the Nyquist frequency stands for the orders at both ends, each with
     /// half of its power. The Gaussians of both orders, factors on amplitudes, are therefore multiplied by √½.

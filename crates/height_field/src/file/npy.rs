@@ -1,5 +1,5 @@
 //! NumPy arrays (`.npy`), from the bottom row on: floats in µm, or unsigned integers. The largest integer of the type
-//! is full scale, the number of the largest height.
+//! is full scale, which stands for the largest height.
 
 use super::raw::FirstRow;
 use super::{Meaning, Parsed, Raw, channel};
@@ -28,12 +28,15 @@ where
     }
 }
 
-/// Refuses a shape with more elements than the file has bytes, before memory is allocated for them. An element has at
-/// least one byte.
+/// Refuses a file without NumPy's magic bytes, and a shape with more elements than the file has bytes, before memory is
+/// allocated for them. An element has at least one byte.
 ///
 /// Layout (NumPy's NEP 1): six bytes of magic, two of version, the header's length (u16 in version 1, u32 in later
 /// versions), and the header. The header is a Python dictionary whose `'shape'` is a tuple.
-fn check_shape(bytes: &[u8]) -> Result<(), String> {
+fn check_header(bytes: &[u8]) -> Result<(), String> {
+    if !bytes.starts_with(b"\x93NUMPY") {
+        return Err("it does not begin with NumPy's magic bytes".to_owned());
+    }
     let stored = bytes.get(8..12).ok_or("it has no header")?;
     // Byte 6 is the major version. The header follows its length.
     let (start, length) = if bytes[6] == 1 {
@@ -64,7 +67,7 @@ fn check_shape(bytes: &[u8]) -> Result<(), String> {
 /// `channel_option` must be `None`, since the format has a single channel.
 pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     channel::refuse(channel_option)?;
-    check_shape(bytes)?;
+    check_header(bytes)?;
     let raw = |values, meaning| Raw::new(values, meaning, FirstRow::Bottom);
     let fraction_of = |full| Meaning::FullScale { full, max_height_um: None };
     if let Some(values) = try_type::<f64>(bytes, |v| v).or_else(|| try_type::<f32>(bytes, f64::from)) {
@@ -84,4 +87,12 @@ pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     field.heights_um().write_npy(&mut bytes).map_err(|error| error.to_string())?;
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn other_files_are_not_called_damaged() {
+        assert!(super::check_header(b"1 2 3\n4 5 6\n").unwrap_err().contains("magic"));
+    }
 }

@@ -59,13 +59,13 @@ pub fn pigment_texture(options: &SnakeOptions, width: usize, height: usize) -> R
 
 /// Linear sRGB reflectance of a point of a scale, at the texture coordinate `v` around the body.
 fn reflectance(spot: &Spot, v: f64) -> [f64; 3] {
-    // Weight of the rim's colour. `edge` is 1 at the scale's edge; towards the root (`along` ≤ 0) it is |across|. The
-    // weight is 0 where `edge` is below 0.72. It is halved on the half of the scale towards the root.
+    // Weight of the rim's colour. It grows with `edge`, from 0 below 0.72 to its maximum at the scale's edge, where
+    // `edge` is 1. It is halved on the half of the scale towards the root (`along` ≤ 0).
     let rim_weight_max = if spot.along > 0.0 { 1.0 } else { 0.5 };
     let rim = smoothstep(spot.edge, 0.72, 0.28) * rim_weight_max;
     // Weight of the flank's colour: 0 on the back, 1 at the sides of the sheet.
     let flank = smoothstep((v - 0.5).abs(), 0.30, 0.20);
-    // The keel, the ridge along the axis of the scale, is darker by up to a quarter. `across` is ±1 at the flanks.
+    // The keel, the ridge along the scale's axis, is darker by up to a quarter. `across` is ±1 at the scale's sides.
     let keel = 1.0 - 0.25 * (-(spot.across / 0.15).powi(2)).exp();
     // The random lightness of the scale, −1 to 1, changes its reflectance by up to a quarter.
     let shade = keel * (1.0 + 0.25 * spot.shade);

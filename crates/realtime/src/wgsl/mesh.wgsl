@@ -1,4 +1,4 @@
-// Buffers of the triangle mesh (mesh.rs), which raster.wgsl, trace.wgsl, locate.wgsl and shadow.wgsl read.
+// Buffers of the triangle mesh (mesh.rs).
 
 // A vertex: position in cm, shading normal of any length but 0, and texture coordinates (u, v), which fill the padding
 // of the vectors. Counterpart of `Vertex` in layout.rs.

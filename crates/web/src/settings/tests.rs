@@ -20,7 +20,7 @@ fn missing_fields_take_their_defaults_and_survive_a_round_trip() {
     assert_eq!(Settings::from_json(&settings.to_json()).unwrap(), settings);
     let (camera, expected) = (settings.view(1).unwrap().camera, Camera::default());
     for c in 0..3 {
-        // The settings' distance in cm and angles in degrees are rounded to 0.01, which moves the camera by less.
+        // Settings round the distance in cm and the angles in degrees to 0.01; the camera moves by less than 0.01 cm.
         assert!((camera.origin[c] - expected.origin[c]).abs() < 0.01 && camera.target == expected.target);
     }
 }
@@ -70,7 +70,7 @@ fn each_wrong_setting_is_named() {
     }
 }
 
-/// Data with an unchanged key are not built again.
+/// The page builds relief, method's data and scene again only when their key changes.
 #[test]
 fn each_key_changes_only_with_its_own_data() {
     let keys = |json: &str| Settings::from_json(json).unwrap().keys();
@@ -100,7 +100,7 @@ fn each_key_changes_only_with_its_own_data() {
     assert_eq!(keys(r#"{"shape": "sphere", "resolution": 4}"#), sphere);
 }
 
-/// `Settings::config` gives FLSS its only model, patch without energy conservation.
+/// `Settings::config` gives FLSS, a published method, its only model: patch without energy conservation.
 #[test]
 fn published_methods_are_built_with_a_model_they_support() {
     let settings = Settings::from_json(

@@ -53,6 +53,7 @@ pub fn progress(listener: &JsValue) -> (Progress, Listening) {
     let last = Mutex::new(-1.0f64);
     let report = move |fraction: f64| {
         {
+            // The lock ends with this block, before the listener runs.
             let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
             // The end is reported once, even after a small increase.
             let is_first_end = fraction >= 1.0 && *last < 1.0;

@@ -6,8 +6,8 @@ The grating equation of the first order in the x–z plane is sin θr = λ/d −
 - θr, the peak's angle with the normal, positive towards +x;
 - d, the spacing.
 
-A *want* is a group of figures of a sweep. Its *question* is a case, a surface under a setting, and its *answer* has the
-figures and pictures (want.py).
+A *want* is a group of figures of a sweep. Its *question* is a case, which is a surface under one setting (optics and
+light). Its *answer* has the figures and pictures (want.py).
 """
 
 from __future__ import annotations
@@ -121,8 +121,8 @@ class Peaks(Want):
     def _peak_deg(self, question: Question, reflector: Reflector, nm: float, period_nm: float) -> float | None:
         """The angle with the largest ``f_r`` at a wavelength in nm, searched around the order of ``period_nm``.
 
-        ``None`` without a peak: where the largest value lies at an end of the search range, as it does where almost all
-        of the range is below the horizon, and where all values are 0 or one is NaN.
+        ``None`` without a peak: where the largest value lies at an end of the search range, where fewer than three
+        angles lie in it (almost all of it is below the horizon), and where all values are 0 or one is NaN.
         """
         sin_i = float(np.sin(np.radians(question.theta_i_deg)))
         # Sines of the first and the last angle of the search. The largest spacing has the smallest angle.

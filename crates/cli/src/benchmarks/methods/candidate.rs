@@ -27,8 +27,8 @@ pub(super) struct Candidate {
 
 /// The evaluator behind a candidate.
 pub(super) enum Evaluator {
-    /// A method that computes colours, in single precision. Its colours are those of S/λ², which is `f_r` without the
-    /// Fresnel factor and without `O·M`, the obliquity and shadowing factor.
+    /// A method that computes colours, in single precision. Its answers are the relief's factor S/λ² in 1/sr, with the
+    /// power spectrum S. It is `f_r` without the Fresnel factor and without `O·M`, the obliquity and shadowing factor.
     Colour(Box<dyn Method>),
     /// The spectral tables, with the wavelengths and weights that turn a spectrum into a colour. Their values include
     /// `O·M`.
@@ -36,8 +36,8 @@ pub(super) enum Evaluator {
 }
 
 impl Candidate {
-    /// Whether a colour takes the same work with both candidates: a candidate and itself, or two colour tables of equal
-    /// size, since the work of a look-up does not depend on the data.
+    /// Whether a colour takes the same time with both candidates: true for a candidate and itself, and for two colour
+    /// tables of equal size, since the work of a look-up does not depend on the data.
     pub(super) fn costs_like(&self, other: &Self) -> bool {
         std::ptr::eq(self, other)
             || self.method == COLOUR_TABLE && other.method == COLOUR_TABLE && self.bytes == other.bytes
@@ -69,7 +69,7 @@ impl Candidate {
         }
     }
 
-    /// The candidate's entry in the report, not yet on any Pareto front: `mark_fronts` of mod.rs sets both marks.
+    /// The candidate's entry in the report. `mark_fronts` of mod.rs sets `on_front` and `on_front_of_method` later.
     pub(super) fn into_entry(self, errors: Errors, cpu: Timing, gpu: Option<Timing>) -> Entry {
         let Self { method, model, parameters, is_default, bytes, build_seconds, .. } = self;
         Entry {
