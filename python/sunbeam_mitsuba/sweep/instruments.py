@@ -62,7 +62,7 @@ def _folder() -> TemporaryDirectory[str]:
     return TemporaryDirectory(prefix="sunbeam-")
 
 
-# Beyond its size the cache forgets paths. A file with a forgotten path stays, and is converted again where needed.
+# Beyond its size the cache forgets paths. Their files stay, and an instrument's file is converted again where needed.
 @lru_cache(maxsize=4096)
 def _gsf_of(name: str, changed_ns: int, channel: str | None, pixel_size: float | None) -> str:
     """Converts a file and returns the path of its ``.gsf``; ``pixel_size`` is in µm.

@@ -289,3 +289,13 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
         None => raw,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn directories_in_a_circle_are_refused() {
+        // A directory of three tags without values at byte 8, followed by itself.
+        let bytes = [b"II\x2a\0\x08\0\0\0\x03\0".as_slice(), &[0; 36], &[8, 0, 0, 0]].concat();
+        assert!(super::check_tags(&bytes).unwrap_err().contains("circle"));
+    }
+}
