@@ -81,7 +81,7 @@ pub struct ColourTables {
 impl ColourTables {
     /// Builds the tables of a grating. Returns their layout and data.
     pub(super) fn build(grating: &GratingSurface) -> (Self, Vec<u32>) {
-        // Order m changes the x component of the wave vector by 2πm/d. The component lies between −2πn/λ and 2πn/λ, with
+        // Order m changes the wave vector's x component by 2πm/d. The component lies between −2πn/λ and 2πn/λ, with
         // the larger index n of both sides: |m| ≤ 2nd/λ. d is in µm and λ in nm.
         let efficiencies = grating.layout().efficiencies;
         let orders = (2e3 * grating.layout().period_um * efficiencies.eta_below() / WAVELENGTH_MIN_NM) as u32;
