@@ -30,7 +30,7 @@ from .variants import use
 CALLS = ("eval_pdf", "sample")
 # Number of questions (questions.py), each one set of arguments of a call. Any number and seed give the same kernel.
 COUNT = 1 << 12
-# Patterns of the compiler's report, such as "Used 56 registers, 4096 bytes cmem[0]" and "8 bytes stack frame, 4 bytes
+# Patterns of the driver's report, such as "Used 56 registers, 4096 bytes cmem[0]" and "8 bytes stack frame, 4 bytes
 # spill stores, 4 bytes spill loads".
 REPORTED = {
     "registers": re.compile(r"Used (\d+) registers"),
@@ -119,7 +119,7 @@ def logged() -> Iterator[Callable[[], str]]:
 
 
 def reported(log: str) -> dict:
-    """The largest of each number of REPORTED in the compiler's report; `None` if it is missing."""
+    """The largest of each number of REPORTED in the driver's report; `None` if it is missing."""
     found = {name: [int(number) for number in pattern.findall(log)] for name, pattern in REPORTED.items()}
     return {name: max(numbers, default=None) for name, numbers in found.items()}
 

@@ -5,7 +5,8 @@ Symbols: d is the period, h the height and λ the wavelength; a *ratio* is λ/d,
 `sunbeam` gives the returning order the number −1, since the light comes from −x. An order *passes off* where it reaches
 the horizon; efficiencies of the other orders then change steeply, Wood's anomalies. TE and TM are the polarisations
 with the electric and the magnetic field along the grooves. Metals are named as Mitsuba's `material`, `Al` or `Ag`; a
-perfect conductor is `None`.
+perfect conductor is `None`. A *curve* is a dictionary with lists: efficiencies `te` and `tm` over `ratio` or
+`height_um`, or `tm` over `theta_deg`.
 """
 
 from __future__ import annotations
@@ -139,6 +140,7 @@ def blazed(folder: Path) -> dict:
         "blaze_nm": float(1e3 * PERIOD_UM * blaze),
         "curves": curves,
         "at_blaze": at_blaze,
+        # TE's maximum is away from the extra points of `ratio_grid`, so its neighbours are equidistant.
         "te_peak": {name: vertex(curve["ratio"], curve["te"]) for name, curve in curves.items()},
         "anomalies": anomalies,
         "step": 2 * ANOMALY_HALF_WIDTH / (ANOMALY_POINTS - 1),

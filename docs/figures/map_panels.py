@@ -26,7 +26,7 @@ PANEL = 168
 # Default factor on the side of a map with an inset. Such factors are odd, so that the centre of each pixel of the panel
 # is the centre of a pixel of the map.
 FINE = 3
-# Options of the reference for spectra: the method FLSS (docs/realtime.md) with relative errors far below the visible.
+# Options of the reference for spectra: the method FLSS (docs/realtime.md) with invisible relative errors.
 REFERENCE_SPECTRUM = ("--method", "flss", "--tolerance", 1e-4)
 # Options of the reference map, in wavelength steps of 1 nm.
 REFERENCE = (*REFERENCE_SPECTRUM, "--lambda-step", 1)
@@ -64,8 +64,8 @@ class Panel:
     """A map: a surface, the options of a method, and a caption. Light comes from the side of +x, at `theta_i_deg`.
 
     With a `box` the map has `fine` (odd) times the pixels of a panel along each side, and an inset shows the box. The
-    reference map is of the surface, or of `reference_surface` if given; it determines the exposure unless `exposure`, a
-    factor, is given. A map that is not `compared` gets no errors. Its reference serves the exposure alone and is at
+    reference map is of the surface, or of `reference_surface` if given. It determines the exposure, unless the factor
+    `exposure` is given. A map that is not `compared` gets no errors. Its reference serves the exposure alone and is at
     normal incidence, so maps at several angles have one exposure.
     """
 

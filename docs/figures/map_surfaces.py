@@ -108,7 +108,7 @@ class Surfaces:
     def about_the_base(self, surface: Surface) -> Surface:
         """The surface with one pixel lowered, so that the middle of the range is the other pixels' lowest height.
 
-        The renderer's series about the middle of the range is then a series about the lowest height, as in Single 2014.
+        The phase screen's series about the middle of the range is then one about the lowest height, as in Single 2014.
         The pixel is the farthest from the centre of the coherence window, where the window is negligible.
         """
         # Heights from 0 to H, and one pixel at −H.

@@ -225,7 +225,7 @@ def preset_row(grating: str, method: str, found: Evaluation) -> dict:
 
 
 def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
-    """Spacings by PQ of the presets `blazed`, whose tile is one period, and `elaphe`, for several repeats of the tile.
+    """Spacings by PQ of the preset `blazed`, whose tile is one period, or `elaphe`, for several repeats of the tile.
 
     A row's `coherent_um` is the length of the repeated tile. Its `order` is the length of one tile over the mean
     spacing: a whole number if the peak is on an order of the tile. `nearest` is the number of repeats whose variance is

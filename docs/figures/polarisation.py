@@ -28,7 +28,7 @@ PART = "polarisation"
 VARIANT = "scalar_spectral_polarized"
 # Width and height of the pictures in pixels.
 SIZE = (144, 96)
-# Samples per pixel. A larger number lowers the noise, which adds to the degree of polarisation.
+# Samples per pixel. A larger number lowers the noise, which raises the degree of polarisation.
 SPP = 144
 # Largest number of segments of a path: from the camera to the object, on to the floor, and to a light.
 MAX_DEPTH = 3
@@ -87,7 +87,7 @@ def disc(relief: dict, ply) -> dict:
 def stokes(parts: dict, view: View) -> np.ndarray:
     """Stokes components I, Q, U, V of a picture in linear sRGB, (rows, columns, component, channel)."""
     sensor = view.sensor(SPP)
-    # In place of the view's stratified sampler.
+    # The page's pictures and numbers are of this sampler, not of the view's `multijitter`.
     sensor["sampler"] = {"type": "independent", "sample_count": SPP}
     integrator = {"type": "stokes", "nested": {"type": "path", "max_depth": MAX_DEPTH}}
     scene = mi.load_dict({"type": "scene", "integrator": integrator, "sensor": sensor, **parts})

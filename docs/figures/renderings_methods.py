@@ -53,12 +53,12 @@ DEMO_UM = 10.0
 GEMS = {"stam_form": "gems"}
 # Size of the timed frames of table 2.1 in pixels.
 FRAME = "384x256"
-# Number of renders of a timed frame. `sunbeam render` reports the median time of each stage, of two renders the longer
-# time. More renders give steadier times and take longer.
+# Number of renders of a timed frame. `sunbeam render` reports the median time of each stage, with two renders the
+# longer one. More renders give steadier times and take longer.
 REPEATS = 2
-# A map counts as symmetric if the ratio of the luminances of its right and left half differs from 1 by less.
+# Upper bound on the difference from 1 of the ratio of luminances, right over left half, of a map counted as symmetric.
 SYMMETRIC = 1e-3
-# A map counts as one-sided if the ratio of the luminances of its halves, the brighter over the darker, is larger.
+# Lower bound on the ratio of the luminances, brighter over darker half, of a map counted as one-sided.
 ONE_SIDED = 2.0
 # Largest difference of peak angles that count as equal.
 ALIKE_DEG = 1.0

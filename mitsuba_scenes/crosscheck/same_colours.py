@@ -1,4 +1,4 @@
-"""Colours at the same points in both renderers, for a grating with `theory = rigorous` (Maxwell's equations).
+"""Colours at the same points in Mitsuba and on the GPU, for a grating with `theory = rigorous` (Maxwell's equations).
 
 This is check (a) of __init__.py in an RGB variant; same_points.py is the check for scalar theory, in a spectral one.
 Both renderers read equal tables of the orders' efficiencies. Their pictures differ by rounding: the plugin computes the

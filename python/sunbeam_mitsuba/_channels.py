@@ -61,8 +61,8 @@ def channel_of(info: Any) -> Channel:
     """Converts SurfaceTopography's description of a channel, a ``ChannelInfo``.
 
     Its readers mark values that are no lengths in two ways: by the channel's kind, or by a tuple as ``unit``, of the
-    lateral unit and that of the values. ``data_unit`` is the unit of the values. For such values it is replaced by "no
-    length" if it is not a string.
+    lateral unit and that of the values. ``data_unit`` is the unit of the values. If it is not a string, the unit of
+    values that are no lengths is "no length", and that of other values is empty.
     """
     title = " ".join(str(info.name).split())
     may_be_lengths = info.is_height_channel and not isinstance(info.unit, tuple)

@@ -2,8 +2,8 @@
 //!
 //! | table | axes | entry |
 //! | --- | --- | --- |
-//! | spectral weights | width τ and centre ν_m of an order's Gaussian over ν | sRGB's weights averaged over it |
-//! | order 0 | cosine and length of the incident direction's projection onto the xz plane | colour of its efficiency |
+//! | spectral weights | width τ and centre ν_m of an order's Gaussian over ν | integral of sRGB's weights times it |
+//! | order 0 | angle's cosine and length of the incident direction's projection onto xz | colour of its efficiency |
 //! | order weights | bin of the incident direction, order | probability of drawing the order, not normalised |
 //!
 //! ν is 1/λ. The frequencies `ν·(wi + wo)_xy` of a pair of directions form a line, along which order m is a Gaussian
@@ -35,15 +35,15 @@ pub(crate) const NU_HALF: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM - 1.0 / WAVELEN
 pub(crate) const TAU_SCALE: f64 = 0.25;
 /// Nodes of the table of spectral weights: along τ and along ν_m. More nodes reduce the error of interpolation.
 pub(crate) const WEIGHT_NODES: [u32; 2] = [96, 256];
-/// Nodes of the table of order 0 along each axis.
+/// Nodes of the table of order 0 along each axis. More nodes reduce the error of interpolation.
 pub(crate) const ORDER_ZERO_NODES: u32 = 48;
 /// Smallest coordinate of a table's nodes for which an entry is computed. The node at 0 gets the entry at this
 /// coordinate, near the limit. Likewise, the last node of width gets the entry at this distance from 1.
 const COORDINATE_MIN: f64 = 1e-3;
 
-/// Smallest divisor: of lengths of directions' sums, squared direction cosines, probabilities, and wavenumbers in 1/µm.
-/// In the exact mirror direction the sum is 0. The bound is far below all values of relevance, and the quotients stay
-/// finite in single precision.
+/// Smallest divisor: of lengths of `(wi + wo)_xy`, squared direction cosines, probabilities, and wavenumbers in 1/µm.
+/// In the exact mirror direction the length is 0. The bound is far below all values of relevance, and the quotients
+/// stay finite in single precision.
 pub(crate) const DIVISOR_MIN: f64 = 1e-9;
 
 /// Means and standard deviations in 1/µm of the proposed Gaussians: ν is drawn from one of them, each with equal
@@ -57,7 +57,7 @@ const PROPOSED_NODES: usize = 16;
 /// orders are constant; more bins make them more accurate and the table larger.
 const BINS: [u32; 2] = [32, 12];
 /// Positions in a bin at which efficiencies are averaged, as fractions of its sides: the centre, and near each corner,
-/// so that orders that propagate anywhere in the bin have a weight.
+/// so that orders that propagate only near an edge of the bin have a weight.
 const BIN_POINTS: [(f64, f64); 5] = [(0.5, 0.5), (0.02, 0.02), (0.02, 0.98), (0.98, 0.02), (0.98, 0.98)];
 
 /// Layout of the three tables in their data, which begin with the spectral weights.
@@ -81,8 +81,8 @@ pub struct ColourTables {
 impl ColourTables {
     /// Builds the tables of a grating. Returns their layout and data.
     pub(super) fn build(grating: &GratingSurface) -> (Self, Vec<u32>) {
-        // An order changes the wave number along x by 2πm/d, at most from −2πn/λ to 2πn/λ, with the larger index n of
-        // both sides: |m| ≤ 2nd/λ. d is in µm and λ in nm.
+        // Order m changes the wave vector's x component by 2πm/d. The component lies between −2πn/λ and 2πn/λ, with
+        // the larger index n of both sides: |m| ≤ 2nd/λ. d is in µm and λ in nm.
         let efficiencies = grating.layout().efficiencies;
         let orders = (2e3 * grating.layout().period_um * efficiencies.eta_below() / WAVELENGTH_MIN_NM) as u32;
         let sides = if efficiencies.transmits() { 2 } else { 1 };
@@ -143,10 +143,11 @@ impl ColourTables {
         2 * self.orders + 1
     }
 
-    /// Entry of an order in a row of order weights, on the side below the relief where the mask is true.
+    /// Entry of an order, from `−orders` to `orders`, in a row of order weights. The order leaves below the relief
+    /// where the mask is true.
     #[inline(always)]
     pub(super) fn row_entry<N: Numbers>(&self, order: N::Real, is_below: N::Mask) -> N::Index {
-        // The bound keeps the argument of `index` in its range.
+        // The bound keeps the argument of `index` in its range in inactive lanes.
         let entry = N::index((order + N::Real::lit(f64::from(self.orders))).max(N::Real::lit(0.0)));
         if self.sides == 1 {
             return entry;
@@ -237,8 +238,8 @@ impl ColourTables {
                     let probability = (i as f64 + 0.5) / PROPOSED_NODES as f64;
                     let nu = mean + sigma * normal_quantile(probability);
                     let nm = (1e3 / nu).clamp(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
-                    let channels = sides.iter().flat_map(|&to| (-orders..=orders).map(move |m| (m, to)));
-                    for (weight, (m, to)) in weights.iter_mut().zip(channels) {
+                    let outgoing = sides.iter().flat_map(|&to| (-orders..=orders).map(move |m| (m, to)));
+                    for (weight, (m, to)) in weights.iter_mut().zip(outgoing) {
                         *weight += grating.efficiency_between(nm, [x, y], m, [from, to]);
                     }
                 }
@@ -291,7 +292,7 @@ fn spectral_weight_table() -> Vec<f32> {
     (0..WEIGHT_NODES[0])
         .into_par_iter()
         .flat_map_iter(|row| {
-            // The first and last rows are the limits of zero and infinite width.
+            // The first and last rows stand for zero and infinite width.
             let width = (f64::from(row) / f64::from(WEIGHT_NODES[0] - 1)).clamp(COORDINATE_MIN, 1.0 - COORDINATE_MIN);
             let tau = TAU_SCALE * width / (1.0 - width);
             let wavelengths = &wavelengths;
@@ -318,8 +319,8 @@ fn spectral_weight_table() -> Vec<f32> {
 /// Table of order 0's colours, packets `[cosine][length]` of the projection (see [`ColourTables::order_zero`]): its
 /// efficiency averaged over wavelengths with sRGB's weights times ν², the factor 1/λ² of `f_r`.
 ///
-/// For light reflected below an interface, the efficiency is divided by the reflectance of a flat surface. That has a
-/// square root at the critical angle, which the table would not resolve.
+/// For light reflected below an interface, the efficiency is divided by the reflectance of a flat surface. Its square
+/// root at the critical angle would not be resolved by the table.
 fn order_zero_table(grating: &GratingSurface, kind: OrderZero) -> Vec<f32> {
     let (sides, sign) = kind.incidence();
     let coordinate = |node: u32| (f64::from(node) / f64::from(ORDER_ZERO_NODES - 1)).max(COORDINATE_MIN);

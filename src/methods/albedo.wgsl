@@ -1,12 +1,12 @@
-// Colour table divided by the albedo, so that the surface reflects no more energy than it receives; compiled after
-// albedo_grid.wgsl. Counterpart of `ColourAlbedoView` in src/energy/colour.rs, with the same arithmetic.
+// Reflectance of the colour table divided by the albedo, so that the surface reflects no more energy than it receives;
+// compiled after albedo_grid.wgsl. Counterpart of `ColourAlbedoView` in src/energy/colour.rs, with the same arithmetic.
 //
 // Let A(w) be the larger of 1 and the albedo for a direction w at the angle θ from the normal, for each of red, green
 // and blue. The reflectance is divided by max(A(wi), A(wo)). The albedo table holds (A - 1)·cos²θ on the grid.
 //
 // `albedos` has eight words of 32 bits for each cell of the grid: two for each of red, green and blue, and two of
-// padding. A channel's first word has the values at the two corners of the lower y, its second those of the upper y. A
-// word holds two values, the upper 16 bits of single-precision numbers. Its lower half is the corner of the lower x.
+// padding. A channel's first word has the values at the cell's two corners of lower y, its second those of upper y. A
+// value is the upper 16 bits of a single-precision number. The lower half of a word is the corner of lower x.
 
 // A - 1 of red, green and blue for the direction w, whose tabulated value is bilinear between the grid's nodes.
 fn albedo_excess(w: vec3<f32>) -> vec3<f32> {

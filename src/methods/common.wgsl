@@ -3,12 +3,12 @@
 
 // 2π.
 const TAU: f32 = 6.283185307179586;
-// Shortest wavelength of the published methods in µm.
+// Shortest wavelength of the published methods (FLSS, NMM, PQ and Stam's) in µm.
 const WAVELENGTH_MIN_UM: f32 = 0.38;
 // Longest wavelength of the published methods in µm.
 const WAVELENGTH_MAX_UM: f32 = 0.78;
-// Smallest cosine by which answers are divided, and smallest argument of Bessel functions. About the rounding error of
-// a number near 1 in single precision.
+// Lower bound on divisors: cosines of directions with the normal, and arguments of Bessel functions. About the rounding
+// error of a number near 1 in single precision.
 const DIVISOR_MIN: f32 = 1e-7;
 // Largest squared length of a sum of two unit vectors: 4, with room for rounding.
 const SUM_SQUARED_MAX: f32 = 4.001;
@@ -20,7 +20,7 @@ const SUM_SQUARED_MAX: f32 = 4.001;
 var<private> answer_part: u32 = 0u;
 var<private> answer_parts: u32 = 1u;
 
-// Whether q can belong to a query, a pair of unit vectors above the surface, as their sum.
+// Whether q can be the sum of a query's two directions, unit vectors above the surface.
 fn is_query(q: vec3<f32>) -> bool {
     return q.z > 0.0 && dot(q, q) <= SUM_SQUARED_MAX;
 }

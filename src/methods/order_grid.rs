@@ -13,7 +13,7 @@ pub(super) struct OrderGrid {
     /// Extent `(Lx, Ly)` of the tile in µm.
     pub extent_um: [f32; 2],
     /// `2π²s²/L²` along x and y, with the standard deviation s of the coherence window and the extent L. The window's
-    /// Gaussian is `exp(−sharpness·d²)` at the distance d.
+    /// Gaussian is `exp(−sharpness·d²)` at the distance d along the axis.
     pub sharpness: [f32; 2],
     /// Largest |jx| and |jy| of the stored orders; 0 along an axis of one pixel.
     pub reach: [i32; 2],
@@ -23,12 +23,12 @@ pub(super) struct OrderGrid {
     pub series: u32,
     /// Half the range of heights, H, in µm.
     pub half_range_um: f32,
-    /// Power spectrum S at the centre of an order with `|c_j|² = 1`, in µm²: `4πs²`, or `Lx·Ly·P·Q` in pq.rs.
+    /// Power spectrum S at the centre of an order with `|c_j|² = 1`, in µm²: `4πs²`, or `Lx·Ly·P·Q` for P by Q tiles.
     pub peak_um2: f32,
     /// Orders summed along each axis.
     pub neighbourhood: u32,
-    /// The κH from which on every stored term is summed, with κ the phase rate in rad/µm. For each unit of κH below it,
-    /// one term less is summed, since the series needs at least one term less for the same remainder. 0 where the
-    /// options give the number of terms: all are then summed at any κH.
+    /// Smallest κH, with the phase rate κ in rad/µm, at which every stored term is summed. For each unit of κH below it
+    /// the series needs at least one term less, and one less is summed, up to rounding to [`TERMS_MULTIPLE`]. 0 where
+    /// the options give the number of terms: all are then summed at any κH.
     pub full_terms_kappa_h: f32,
 }

@@ -12,7 +12,7 @@
 //! M(u, v)                               mix of the M_b of two neighbouring slices, about a typical w of the incidence
 //! passage                               incident wave vector, and largest tangential length (reach) of outgoing ones
 //! turn                                  sign of (u, v) in look-ups: −1 for light from or to below the relief, else 1
-//! pdf(wo) = M(u, v) cosθo / ∬M du dv    density in 1/sr; the integral is over the square wi_xy ± reach
+//! pdf(wo) = M(u, v) cosθo / ∬M du dv    density in 1/sr; the integral is over the widened square wi_xy ± reach
 //! ```
 //!
 //! The power scattered into `du dv = cosθo dωo` is proportional to F·O. The density follows F·G, which lacks only
@@ -83,9 +83,9 @@ impl ColourSampler {
     /// Tabulates `reflected`, a linear sRGB colour at `(u, v, w)`, in proportion to which directions are drawn: `F·G`
     /// (src/sampling/colour.rs), which may contain further factors that depend on `(u, v, w)` only.
     ///
-    /// `order_sigma_per_um` is the standard deviation of an order in cycles/µm; it sets the spacing of nodes. Negative
-    /// channels count as zero, and a sum that is not finite as no mass. `reach` is the largest direction cosine of
-    /// outgoing light along the surface, 1 without a cover.
+    /// `order_sigma_per_um` is the standard deviation of an order in cycles/µm; it sets the spacing of nodes. Channels
+    /// that are negative or NaN count as zero, and an infinite sum as no mass. `reach` is the largest direction cosine
+    /// of outgoing light along the surface, 1 without a cover.
     pub fn new(order_sigma_per_um: f64, reach: f64, reflected: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Self {
         // A tent of half-width s has the variance s²/6, here that of an order in direction cosines.
         let wanted_spacing = 6f64.sqrt() * order_sigma_per_um * WAVELENGTH_UM;

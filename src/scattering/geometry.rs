@@ -169,7 +169,7 @@ pub(super) fn squared<R: Real>(q: [R; 3]) -> R {
     q[0] * q[0] + q[1] * q[1] + q[2] * q[2]
 }
 
-/// The unit vector above the surface with the given x and y; `None` outside the unit disc.
+/// The unit vector above the surface with the given x and y; `None` unless they lie within the unit circle.
 pub(crate) fn direction_above(x: f64, y: f64) -> Option<Vec3> {
     let z_squared = 1.0 - x * x - y * y;
     (z_squared > 0.0).then(|| [x, y, z_squared.sqrt()])

@@ -8,7 +8,7 @@
 //! ```text
 //! n, ε         index of the medium, and its square
 //! K            wave vector of a direction, away from the relief, over the wave number in vacuum: of length 1 above and
-//!              n below
+//!              n below, where a film's is that inside the film
 //! k            length of the tangential part of K
 //! c1, cn       normal components in air and in the medium, √(1 − k²) and √(n² − k²); c1 is imaginary beyond k = 1
 //! ζ            normal component in the direction's own medium: c1 above, cn below
@@ -24,7 +24,7 @@
 //! F    = 2 ζ ζ0 (ε − 1)²/w² · Σ |B|² τ τ0      over the four pairs of states; 0 marks the incident direction
 //! ```
 //!
-//! The 2 is a factor 4 and the mean over the two incident states of unpolarised light.
+//! The 2 is a factor 4 times the ½ of the mean over the two incident states of unpolarised light.
 //!
 //! The power scattered into `d²Ko` is `F·S/λ²`, with S at the frequency `(Ki + Ko)_xy/λ` and the phase rate `2πw/λ`.
 //! F is reciprocal. At a half-space it is Fresnel's reflectance at the mirror direction, and Fresnel's transmittance at
@@ -162,7 +162,7 @@ impl TransparentBody {
         0.5 * (s * s + p * p)
     }
 
-    /// Reflectance of a flat body for unpolarised light at a cosine with the normal, on the side of air.
+    /// Reflectance of a flat upper side for unpolarised light at a cosine with the normal in air.
     pub fn reflectance(self, cos: f64) -> f64 {
         super::fresnel_unpolarised(cos, super::ComplexIndex { eta: self.eta, k: 0.0 })
     }
@@ -260,8 +260,8 @@ impl TransparentBody {
         TransparentPair { tangential, normal, powers: powers.map(|power| power * scale), per_solid_angle }
     }
 
-    /// `(ε − 1)/|w|`, with w over n. For n = 1 configurations flatten the relief, so light goes straight on, where this
-    /// is 0/0. It is then 0 in reflection, and in transmission `s0`, the limit at the refracted direction.
+    /// `(ε − 1)/|w|`, with w over n. For n = 1 the relief is flat (`config/build.rs`), so light goes straight on, where
+    /// this is 0/0. It is then 0 in reflection, and in transmission `s0`, the limit at the refracted direction.
     #[inline(always)]
     fn contrast_over_normal<N: Numbers>(self, is_reflected: N::Mask, normal: N::Real, wi: &BodyWave<N>) -> N::Real {
         if self.eta == 1.0 {
@@ -286,7 +286,7 @@ impl<N: Numbers> BodyWave<N> {
         N::Real::lit(1.0) - (s + p) * N::Real::lit(0.5)
     }
 
-    /// The direction within the medium on its side of the relief, of unit length and pointing upwards on either side.
+    /// Direction of K, the refracted one below a film. It has unit length and a positive z on either side.
     #[inline(always)]
     pub(crate) fn in_own_medium(&self) -> [N::Real; 3] {
         let [x, y] = self.tangential();

@@ -165,7 +165,7 @@ impl SurfaceArgs {
     /// - The published methods ([`MethodKind::is_patch_only`]) assume a phase screen and one fixed coherence window
     ///   over a periodic tile, and do not conserve energy. The arguments have these values by default, and others are
     ///   refused.
-    /// - The colour table has both theories, models and tilings, and conserves energy on request.
+    /// - The colour table ([`MethodKind::Table`]) has all theories, models and tilings, and conserves energy if asked.
     ///
     /// # Errors
     /// The errors of [`SurfaceArgs::config`], and an argument that contradicts the method or has no effect with it.

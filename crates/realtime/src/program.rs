@@ -58,10 +58,9 @@ pub(super) fn resolve() -> String {
 /// Errors of building the methods.
 pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let field = Preset::Sinusoidal.build(None, None)?;
-    // The published methods accept only these options. Energy conservation changes the WGSL of `table`.
+    // Some methods accept no other model and no energy conservation, which changes the WGSL of `table`.
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
-    // The values of `Options::default`.
-    let (coherence_length_um, build_limit) = (65.0, 1.0);
+    let Options { coherence_length_um, build_limit, .. } = Options::default();
     let is_film = true;
     let film = Options { body: Some(TransparentBody::new(1.5, is_film, coherence_length_um)), ..patch.clone() };
     let default = MethodOptions::default();
@@ -88,7 +87,7 @@ pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     Ok(programs)
 }
 
-/// Stand-in for a method, without data. Its answer has no meaning.
+/// Stand-in for a method, without data, for tests of the shading program itself. Its answer has no meaning.
 pub(super) fn no_method() -> MethodShader<'static> {
     let wgsl = vec!["fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> { return wi + wo; }"];
     MethodShader { name: "none", wgsl, uniform: Vec::new(), storage: Vec::new() }

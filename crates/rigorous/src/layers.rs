@@ -1,6 +1,6 @@
 //! Single and double layer potential, S and K, of one medium on the curve, as matrices (Nyström's method).
 //!
-//! For nodes r, r' on one period of the curve, with G = (i/4)H₀⁽¹⁾(k|r − r'|) and ν' the normal at r':
+//! For nodes r, r' on one period of the curve, with G = (i/4)H₀⁽¹⁾(k|r − r'|) and ν' the upward unit normal at r':
 //!
 //! - `(S q)(r) = Σ_p e^{2πibp} ∫ G q ds'`,
 //! - `(K u)(r) = Σ_p e^{2πibp} ∫ ∂ν'G u ds'` (principal value).
@@ -84,6 +84,7 @@ pub(crate) fn layer_matrices(
         Images::All => 0,
     };
     // The nearest image is at most half a period away along x. Rounding may exceed the tables' ends (`Radial::hankel`).
+    // `DISTANCE_MIN` and `HALF_HEIGHT_MIN` are the bounds of the lattice sum's points.
     let reach = (f64::from(image_count) + 0.5) * d;
     let least = (0.5 * nodes.spacing_min()).min(DISTANCE_MIN * d);
     let most = reach.hypot(height.max(HALF_HEIGHT_MIN * d));

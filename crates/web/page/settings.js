@@ -26,7 +26,7 @@ export function change(edit) {
   settingsChanged();
 }
 
-/** Text of the refractive index of the last map. A change of the index alone builds no data, but changes the map. */
+/** Refractive index of the last map as text. Its change alone builds no data, so `makeMissing` draws no new map. */
 let mappedIndex = "";
 
 /** Updates controls, address, data and pictures after any change of the settings. */

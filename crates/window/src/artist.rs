@@ -1,5 +1,5 @@
-//! Draws pictures, BRDF maps and screenshots, step by step. The thread of drawer.rs gives the orders, requests for
-//! work, and runs the steps.
+//! Draws pictures, BRDF maps and screenshots, step by step. The thread of drawer.rs passes on the window's orders and
+//! runs the steps.
 
 use super::hemisphere::{self, BrdfMap};
 use std::path::{Path, PathBuf};
@@ -53,7 +53,7 @@ pub(crate) enum Step {
 pub(crate) enum Done {
     /// The picture.
     Picture(Picture),
-    /// The map; `None` where the cursor is not on the lit side of the mesh.
+    /// The map; `None` where the cursor is beside the mesh, or on the unlit side of an opaque one.
     Map(Option<BrdfMap>),
     /// Path of the PNG.
     Saved(PathBuf),
@@ -135,8 +135,8 @@ impl Artist {
         self.shot = Some(shot);
     }
 
-    /// The next step; `None` if nothing is left to do. Steps follow as a first picture, a first map, finer
-    /// pictures, and finer maps. A screenshot needs the finest picture, so no maps are drawn while one is ordered.
+    /// The next step; `None` if nothing is left to do. Each picture is followed by a first map, and finer maps follow
+    /// the finest picture. A screenshot needs the finest picture, so no maps are drawn while one is ordered.
     pub(crate) fn next_step(&self) -> Option<Step> {
         let picture = self.progressive.next_level().map(Step::Picture);
         if self.progressive.latest().is_none() {

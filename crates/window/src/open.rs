@@ -27,7 +27,7 @@ pub(crate) struct Start {
 /// # Errors
 /// No display, no adapter that can draw on it, or no device.
 pub(crate) fn open(start: Start) -> Result<(), Box<dyn Error>> {
-    // winit panics if this library is missing.
+    // winit, which is built for X11 alone, panics if this library is missing.
     #[cfg(target_os = "linux")]
     if xkbcommon_dl::x11::xkbcommon_x11_option().is_none() {
         return Err("libxkbcommon-x11 is missing: apt-get install libxkbcommon-x11-0 on Debian".into());

@@ -8,8 +8,8 @@ const LABEL_POINTS: f32 = 112.0;
 /// Largest number of decimals of a number.
 const DECIMALS_MAX: usize = 4;
 
-/// A choice among values with names. No name is shown for a value that is not among them. The label is also the menu's
-/// identifier, so it is unique in a panel.
+/// A menu of values with names. Another value is shown without a name. The label is also the menu's identifier, so it
+/// is unique in a panel.
 pub(crate) fn choice<T: Copy + PartialEq>(
     ui: &mut Ui,
     label: &str,
@@ -43,7 +43,7 @@ pub(crate) fn number<N: Numeric>(
 }
 
 /// The widget of [`number`] for an optional number, with a checkbox; `None` is shown as "auto". `first` is the value
-/// when it is switched on.
+/// when the box is checked.
 pub(crate) fn optional<N: Numeric>(
     ui: &mut Ui,
     label: &str,
@@ -69,7 +69,7 @@ pub(crate) fn optional<N: Numeric>(
     });
 }
 
-/// A switch.
+/// A checkbox.
 pub(crate) fn switch(ui: &mut Ui, label: &str, value: &mut bool) {
     row(ui, label, |ui| {
         ui.checkbox(value, "");

@@ -58,11 +58,11 @@ def converted(parameters: Mapping[str, Value]) -> dict[str, Value]:
 
 @cache
 def _folder() -> TemporaryDirectory[str]:
-    """The process's folder of converted files, which is removed when the process ends."""
+    """The process's folder of converted files, removed when the process ends, unless it is killed."""
     return TemporaryDirectory(prefix="sunbeam-")
 
 
-# The cache forgets converted files beyond its size, and they are converted again where they are needed.
+# Beyond its size the cache forgets paths. Their files stay, and an instrument's file is converted again where needed.
 @lru_cache(maxsize=4096)
 def _gsf_of(name: str, changed_ns: int, channel: str | None, pixel_size: float | None) -> str:
     """Converts a file and returns the path of its ``.gsf``; ``pixel_size`` is in µm.

@@ -21,8 +21,8 @@ pub enum BenchError {
     /// The heights of a benchmark's relief were refused.
     #[error(transparent)]
     HeightField(#[from] HeightFieldError),
-    /// The reference spectra (truth.rs) deviate from the direct double-precision sum by `found`; `limit` is accepted.
-    /// Both numbers are relative.
+    /// The reference spectra (truth.rs) deviate too much from the direct double-precision sum: by `found`, with at most
+    /// `limit` accepted. Both numbers are relative.
     #[error("the reference spectra deviate from the direct sum by {found:e}, more than {limit:e}")]
     Oracle { found: f64, limit: f64 },
     /// The GPU refused a shader or its data.

@@ -6,10 +6,10 @@ use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, Vec2, read};
 use std::io::Cursor;
 use std::path::Path;
 
-/// Largest number of pixels. FLIP indexes the bytes of three channels with 32 bits: 3 · 2^28 fits.
+/// Largest number of pixels. FLIP indexes three channels of one byte each with 32 bits: 3 · 2^28 fits.
 pub(super) const PIXELS_MAX: usize = 1 << 28;
 /// Largest number of samples for each byte of an OpenEXR file, which bounds the memory for a damaged file. Only DWA
-/// compression of a single colour exceeds this ratio.
+/// compression of a single colour exceeds this ratio, and is refused.
 const SAMPLES_PER_BYTE_MAX: usize = 2048;
 /// Names of the channels in an OpenEXR file.
 const CHANNELS: [char; 3] = ['R', 'G', 'B'];
@@ -101,10 +101,11 @@ pub(super) fn exr_channels(path: &Path) -> Result<((usize, usize), Channels), Co
     Ok(((layer.size.width(), layer.size.height()), channels.collect()))
 }
 
-/// Refuses a size that the file cannot hold or that is never compared, before memory is allocated for it. A header may
-/// state any size.
+/// Refuses a size that the file cannot hold or that exceeds [`PIXELS_MAX`], before memory is allocated for it. A header
+/// may state any size.
 fn check_size(bytes: &[u8]) -> Result<(), String> {
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
+    let pedantic = false;
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), pedantic).map_err(|error| error.to_string())?;
     for header in &meta.headers {
         let Vec2(width, height) = header.layer_size;
         // A mask (mask.rs) allocates one flag for each pixel, even for a file without channels.

@@ -12,7 +12,7 @@ use std::collections::HashMap;
 /// First line of a file.
 const MAGIC: &[u8] = b"Gwyddion Simple Field 1.0\n";
 
-/// Reads a field. Without `ZUnits` the heights' unit is unknown, without `XYUnits` the pixel size.
+/// Reads a field. Without `ZUnits` the heights' unit is unknown, without `XYUnits`, `XReal` or `YReal` the pixel size.
 /// `channel_option` must be `None`, since the format has a single channel.
 pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     channel::refuse(channel_option)?;
@@ -63,7 +63,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um))
 }
 
-/// Writes lengths and heights in metres.
+/// Encodes a field, with extents and heights in metres.
 pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
     let ((nx, ny), (lx, ly)) = (field.size(), field.extent_um());
     let mut bytes = MAGIC.to_vec();

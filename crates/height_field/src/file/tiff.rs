@@ -98,8 +98,9 @@ fn read_pixel_um(pages: &mut Pages, description: Option<&Description>) -> Result
         return Ok(Some((unit_um / x, unit_um / y)));
     }
     let per_metre = match integer(pages, Tag::ResolutionUnit)? {
-        // Inch, the default, and centimetre.
+        // Inches, the default.
         None | Some(2) => 1.0 / 0.0254,
+        // Centimetres.
         Some(3) => 100.0,
         _ => return Ok(None),
     };
@@ -171,7 +172,10 @@ fn check_tags(bytes: &[u8]) -> Result<(), String> {
             // An entry is the tag's number (u16), type (u16), count and values.
             let start = at + count_size + entry * entry_size;
             let (Some(kind), Some(count)) = (number(start + 2, 2), number(start + 4, offset_size)) else { break };
-            if bytes_read > bytes.len() || count.saturating_mul(value_size(kind)) > bytes.len() as u64 {
+            if bytes_read > bytes.len() {
+                return Err("its directories refer to each other in a circle".to_owned());
+            }
+            if count.saturating_mul(value_size(kind)) > bytes.len() as u64 {
                 return Err(format!("a tag of {count} values does not fit into {} bytes", bytes.len()));
             }
         }
@@ -184,12 +188,6 @@ fn check_tags(bytes: &[u8]) -> Result<(), String> {
 
 /// Refuses a page that is not grey, and a size that the file cannot hold. Returns the columns and rows of the page.
 fn check_page(pages: &mut Pages, file_bytes: usize) -> Result<(u32, u32), String> {
-    let (width, height) = pages.dimensions().map_err(|error| error.to_string())?;
-    // Compression method 1 is none. A point takes at least one byte then.
-    let is_packed = integer(pages, Tag::Compression)?.is_some_and(|method| method != 1);
-    if !is_packed && u64::from(width) * u64::from(height) > file_bytes as u64 {
-        return Err(format!("{width} × {height} points do not fit into {file_bytes} bytes"));
-    }
     match integer(pages, Tag::PhotometricInterpretation)? {
         Some(0) => return Err("its white is zero; black has to be".to_owned()),
         Some(3) => return Err("it is a picture with a palette, whose numbers are colours and not heights".to_owned()),
@@ -199,6 +197,12 @@ fn check_page(pages: &mut Pages, file_bytes: usize) -> Result<(u32, u32), String
     // 64 bits may be floats; `Samples::read` refuses integers.
     if !matches!(colour, ColorType::Gray(8 | 16 | 32 | 64)) {
         return Err(format!("it is {colour:?}; grey of 8, 16 or 32 bits, or floats, is needed"));
+    }
+    let (width, height) = pages.dimensions().map_err(|error| error.to_string())?;
+    // Compression method 1 is none. A point takes at least one byte then.
+    let is_packed = integer(pages, Tag::Compression)?.is_some_and(|method| method != 1);
+    if !is_packed && u64::from(width) * u64::from(height) > file_bytes as u64 {
+        return Err(format!("{width} × {height} points do not fit into {file_bytes} bytes"));
     }
     Ok((width, height))
 }
@@ -284,4 +288,14 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
         Some(page) => raw.channel(page, channel_option),
         None => raw,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn directories_in_a_circle_are_refused() {
+        // A directory of three tags without values at byte 8, followed by itself.
+        let bytes = [b"II\x2a\0\x08\0\0\0\x03\0".as_slice(), &[0; 36], &[8, 0, 0, 0]].concat();
+        assert!(super::check_tags(&bytes).unwrap_err().contains("circle"));
+    }
 }
