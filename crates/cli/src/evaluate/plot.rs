@@ -1,4 +1,4 @@
-//! The plot of `sunbeam evaluate`: the response over wavelength and angle of view as a map of blue cells.
+//! The plot of `sunbeam evaluate`: the response `S/λ²` over wavelength and angle of view as a map of blue cells.
 //!
 //! Two curves lie over the map: the brightest angle at each wavelength, and the first order of the grating equation.
 //! Each column of cells is relative to its own largest value, so that the peak shows at every wavelength.
@@ -39,7 +39,8 @@ fn draw_cells(chart: &mut Chart, response: &Response) {
     let (wavelengths, angles) = (&response.wavelengths_nm, &response.angles_deg);
     let (x_range, y_range) = (ends(wavelengths), ends(angles));
     let (columns, rows) = (wavelengths.len().min(CELLS_MAX), angles.len().min(CELLS_MAX));
-    // Start of the i-th of `count` equal intervals of a range; wavelengths and angles have equal steps.
+    // Start of the i-th of `count` equal intervals of a range. Cells are equal, since wavelengths and angles have equal
+    // steps.
     let edge = |(first, last): (f64, f64), i: usize, count: usize| first + (last - first) * i as f64 / count as f64;
     for column in 0..columns {
         // The values at the wavelengths of this column, `[wavelength][angle]`.
