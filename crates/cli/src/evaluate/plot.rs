@@ -63,12 +63,28 @@ fn draw_cells(chart: &mut Chart, response: &Response) {
     }
 }
 
-/// The first and the last value of a slice that is not empty.
+/// The first and the last value of a slice that is not empty. A single value is the middle of a range of length 1.
 fn ends(values: &[f64]) -> (f64, f64) {
-    (values[0], values[values.len() - 1])
+    match values {
+        [value] => (value - 0.5, value + 0.5),
+        _ => (values[0], values[values.len() - 1]),
+    }
 }
 
 /// Indices of the `i`-th part of `count` values in `parts` parts, whose sizes differ by at most 1.
 fn part(i: usize, parts: usize, count: usize) -> std::ops::Range<usize> {
     i * count / parts..(i + 1) * count / parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_of_a_single_angle_have_a_height() {
+        let (wavelengths_nm, angles_deg) = (vec![400.0, 500.0], vec![10.0]);
+        let response = Response { wavelengths_nm, angles_deg, values: vec![vec![1.0], vec![2.0]] };
+        let drawn = svg(&response, &[10.0; 2], &[10.0; 2]);
+        assert!(drawn.contains("#3737ff") && !drawn.contains("height=\"0\""), "{drawn}");
+    }
 }
