@@ -1,5 +1,5 @@
-// Lines for Mitsuba's log (src/log.rs). Only threads on which Mitsuba has called the plugin may write them. Mitsuba's
-// logger may throw, which cxx turns into an error for Rust.
+// Lines for Mitsuba's log, written by Rust (src/log.rs). Only threads on which Mitsuba has called the plugin may write
+// them. Mitsuba's logger may throw; cxx turns the exception into an error for Rust.
 #pragma once
 
 #include "rust/cxx.h"

@@ -1,5 +1,6 @@
-//! Describes a measured surface and prints its albedo: `cargo run --release --example scan -- scan.gsf [pixel size in
-//! µm]`.
+//! Describes a measured surface and prints its albedo.
+//!
+//! `cargo run --release --example scan -- scan.gsf [pixel size in µm]`
 
 #![allow(clippy::print_stdout, reason = "an example prints its result")]
 
@@ -38,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let report = surface.report();
     println!("tables of {:.1} MB in {:.1} s", report.bytes as f64 / 1e6, report.build_seconds);
     for nm in [450.0, 550.0, 650.0] {
-        // The direction is the unit vector to the light.
+        // The direction is the unit vector to the light. The albedo excludes the Fresnel reflectance.
         let albedo = surface.albedo([0.0, 0.0, 1.0], nm).ok_or("a patch or a transparent body has no albedo")?;
         println!("{nm} nm: the albedo for light along the normal is {albedo:.3}");
     }

@@ -7,7 +7,7 @@
   the same Rust.
 - Syntax: the library has no `let` chains, which need Rust 1.88. Clippy's lint `incompatible_msrv`, on by default, finds
   newer functions of the standard library, but no syntax.
-- The library has at most DEPENDENCIES_MAX dependencies, not counting optional ones and those of one target.
+- The library has at most DEPENDENCIES_MAX direct dependencies, not counting optional ones and those of one target.
 
 Prints a line on stderr for each violation. Exit status: 0 without violations, 1 otherwise.
 """
@@ -31,7 +31,7 @@ ALONE = {
 EARLY = " ".join(re.findall(r"^EARLY +[:+]= (.*)$", Path("Makefile").read_text(), re.M)).split()
 # Packages that make up the library and its C interface.
 LIBRARY = ["sunbeam", "sunbeam-c", "sunbeam-fourier", "sunbeam-guard", "sunbeam-height-field", "sunbeam-rigorous"]
-# Limit on the library's dependencies, equal to their current number, so that every addition is a deliberate one.
+# Limit on the library's direct dependencies, equal to their current number, so that every addition is a deliberate one.
 DEPENDENCIES_MAX = 15
 
 
@@ -119,7 +119,7 @@ def let_chains(own: list[dict]) -> list[str]:
 
 
 def too_many(own: list[dict]) -> list[str]:
-    """A line if the library has more than DEPENDENCIES_MAX dependencies."""
+    """A line if the library has more than DEPENDENCIES_MAX direct dependencies."""
     (library,) = [package for package in own if package["name"] == "sunbeam"]
     # The kind is None for normal dependencies, and otherwise "dev" or "build".
     needed = [

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the page into target/web: the library as WebAssembly, the JavaScript around it, the page's files, the examples.
-# Called by `make web`; with --check it only finds a compiler, or fails. With SUNBEAM_WEB_EXAMPLES set, the pictures of
-# the examples are drawn again even if they exist.
+# Called by `make web`; with --check it only finds or installs a compiler, or fails. With SUNBEAM_WEB_EXAMPLES set, the
+# pictures of the examples are drawn again even if they exist.
 #
 # The compiler for WebAssembly is
 # - rustup's, whose target is added where its servers are reached;
@@ -34,7 +34,8 @@ find_target() {
     BUILD_STD=()
     CARGO="${CARGO:-cargo}"
     if has_target "${RUSTC:-rustc}"; then return; fi
-    if command -v rustup >/dev/null && rustup target add "$TARGET" >/dev/null 2>&1 && has_target rustc; then return; fi
+    if command -v rustup >/dev/null && rustup target add "$TARGET" >/dev/null 2>&1 &&
+        has_target "${RUSTC:-rustc}"; then return; fi
     say "rustup does not give the target $TARGET; trying Debian's compiler"
     if ! [ -e /usr/lib/rustlib/src/rust/library/std/Cargo.toml ] && ! [ -d /usr/src/rustc-web ]; then
         command -v apt-get >/dev/null && as_root apt-get install -y -qq --no-install-recommends \
@@ -59,6 +60,7 @@ build_code() (
     "$CARGO" rustc --locked --profile page -p sunbeam-web --lib --crate-type cdylib --target "$TARGET" "${BUILD_STD[@]}"
 )
 
+# The program sunbeam-bindgen, which writes the JavaScript around the code.
 build_bindgen() {
     env -u RUSTC CARGO_TARGET_DIR=target/bindgen \
         cargo build --locked --release --manifest-path crates/web/bindgen/Cargo.toml

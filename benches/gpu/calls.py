@@ -1,7 +1,7 @@
-"""Times a call of the BSDFs in ns per query, compared with `roughconductor`, on large wavefronts of random queries.
+"""Times a call of the BSDFs in ns per question, and `roughconductor`'s, on large wavefronts of random questions.
 
-A query is one set of arguments of a call: directions, wavelengths and random numbers. A wavefront is an array of
-queries that one kernel answers. docs/figures/bsdf_calls.py has the materials and the timing.
+A question is one set of arguments of a call: directions, wavelengths and random numbers. A wavefront is an array of
+questions that one kernel answers. docs/figures/bsdf_calls.py has the materials and the timing.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from .variants import use
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
-    """One timing per kind of variant, such as `rgb`, and call, such as `eval`."""
+    """One timing per kind of variant, such as `rgb`, and call, such as `eval`. `folder`, for pictures, stays empty."""
     for kind in plan.kinds:
         for call in plan.calls:
             yield f"{plan.variant(kind)}, {call}", partial(timed, plan, kind, call)
 
 
 def timed(plan: Plan, kind: str, call: str) -> dict:
-    """Nanoseconds `ns` per query of a call by material, and their `ratio` to REFERENCE, which is `roughconductor`.
+    """Nanoseconds `ns` per question of a call by material, and their `ratio` to REFERENCE, the rough conductor.
 
-    `elements` is the number of queries in the wavefront.
+    `elements` is the number of questions in the wavefront.
     """
     use(plan.variant(kind))
     parameters = bsdf_calls.bsdfs()

@@ -36,8 +36,8 @@ def card() -> dict | None:
 def described(found: dict | None) -> dict:
     """The card `found` by `card()`, the processor, and the versions of the software.
 
-    `optix` is whether the OptiX library, found as Dr.Jit finds it, can be loaded. Raises SetupError if the command
-    `sunbeam` is missing.
+    `optix` is whether the OptiX library can be loaded, by Dr.Jit's variable or else its default name. Raises SetupError
+    if the command `sunbeam` is missing.
     """
     return {
         "card": None,
@@ -47,7 +47,7 @@ def described(found: dict | None) -> dict:
         "python": platform.python_version(),
         **{name: installed(name) for name in ("mitsuba", "drjit", "numpy")},
         "sunbeam": tool.sunbeam("--version").split()[-1],
-        "optix": loads(os.environ.get("DRJIT_LIBOPTIX_PATH", "libnvoptix.so.1")),
+        "optix": loads(os.environ.get("DRJIT_LIBOPTIX_PATH") or "libnvoptix.so.1"),
     }
 
 

@@ -24,7 +24,7 @@ class Plan:
     questions: int
     # Number of questions to a BSDF of a scalar variant, which answers one by one.
     scalar_questions: int
-    # Names of the surfaces (surfaces.py) that are compared with the reference (agreement.py).
+    # Names of the surfaces (surfaces.py) whose answers are compared with those of the reference variant (agreement.py).
     surfaces: tuple[str, ...]
     # Names of the surfaces whose samples are tested (samples.py).
     sampled: tuple[str, ...]
@@ -43,7 +43,7 @@ class Plan:
     snake_spp: int
     # Number of pictures of the path-traced snake with different seeds.
     snake_pictures: int
-    # Number of elements of the arrays in a timed call (calls.py).
+    # Number of questions that a timed call answers at once (calls.py).
     wavefront: int
     # Names of the materials of timed calls, in `bsdfs` of docs/figures/bsdf_calls.py.
     materials: tuple[str, ...]

@@ -96,7 +96,7 @@ def environment(name: str, folder: Path) -> dict[str, str]:
 def run_with_limit(command: list[str], environment: dict[str, str], log: Path, limit_s: float) -> int | None:
     """Runs a process with a time limit and its standard error in the file `log`.
 
-    Returns the exit status: negative after a signal, and `None` at the limit. Its children are ended in every case.
+    Returns the exit status: negative after a signal, `None` at the limit. Ends the process's children in every case.
     """
     with log.open("wb") as stderr:
         process = subprocess.Popen(command, env=environment, cwd=REPOSITORY, stderr=stderr, start_new_session=True)

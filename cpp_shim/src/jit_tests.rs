@@ -1,4 +1,5 @@
-//! Functions of Dr.Jit that the tests of tracing need beside `jit`. `jit_tests.h` describes them.
+//! Functions of Dr.Jit that the tests of tracing (`traced/tests.rs`) need beside those of `jit.rs`. `jit_tests.h`
+//! describes them. A `u32` named `index` is that of a variable of Dr.Jit.
 
 pub(crate) use ffi::*;
 

@@ -134,8 +134,9 @@ def sums(surface: Surface) -> Sums:
 def neighbours(surface: Surface, x: np.ndarray, y: np.ndarray) -> tuple[tuple, np.ndarray]:
     """The orders about each direction, and the weights of the coherence window's transform, exp(−2π²s²|f − f_j|²).
 
-    `x` and `y` are direction sines. Orders are indices (iy, ix) into the discrete Fourier transform of the heights;
-    both indices and the weights are (orders, directions).
+    `x` and `y` are direction sines, and s is a quarter of the coherence length (docs/model.md). Orders are
+    indices (iy, ix) into the discrete Fourier transform of the heights. Both indices and the weights have the shape
+    (orders, directions).
     """
     s_um = surface.coherence_um / 4
     along = []

@@ -22,7 +22,7 @@ NO_BREAK = "\0"
 def wrapped(markdown: str) -> str:
     """The text with its paragraphs and list items filled up to COLUMNS.
 
-    Tables, headings, comments, pictures, formulas and code keep their lines.
+    Tables, headings, comments, pictures, formulas and code keep their lines. Lists must not be nested.
     """
     lines: list[str] = []
     # Lines of the paragraph or list item that is being read.

@@ -24,11 +24,11 @@ from .quadrature import Quadrature
 
 # Number of wavelengths that Mitsuba's spectral variants evaluate at once.
 WAVELENGTHS_PER_CALL = 4
-# Largest angle between the normals of neighbouring pixels on one scale of the snake's skin. Chosen: across a scale's
-# rim it is larger.
+# Largest angle between the normals of neighbouring pixels on one scale of the snake's skin; across a scale's rim it is
+# larger. Larger values compare pixels across rims, smaller ones compare fewer pixels.
 SMOOTH_ANGLE_DEG = 12.0
-# Largest relative difference between the distances to the camera of neighbouring pixels on one scale. Chosen: from the
-# scene's camera it is about a tenth of the body's width.
+# Largest relative difference between the distances to the camera of neighbouring pixels on one scale, with the same
+# effects. For the scene's camera it is about a tenth of the body's width.
 SMOOTH_DISTANCE = 0.02
 
 
@@ -70,7 +70,8 @@ class _Hits(NamedTuple):
 def trace_points(scene: mi.Scene, light: Light, view: View) -> Points:
     """Traces a ray through the centre of each pixel of `view`, and from its hit point a shadow ray to the sun.
 
-    The scene's camera must have the position, field of view and proportions of `view`; its resolution may differ.
+    The scene must hold the skin alone. Its camera must have the position, field of view and proportions of `view`; its
+    resolution may differ.
     """
     rows, columns = np.mgrid[: view.height, : view.width]
     x, y = (columns.ravel() + 0.5) / view.width, (rows.ravel() + 0.5) / view.height

@@ -233,18 +233,18 @@ class Surface:
         wi, wo = _triples("wi", wi), _triples("wo", wo)
         nm, is_single = _wavelengths(wavelength_nm)
         batch = np.broadcast_shapes(wi.shape[:-1], wo.shape[:-1], nm.shape[:-1])
-        wavelengths = nm.shape[-1]
+        wavelength_count = nm.shape[-1]
         inputs = [_Items(array, batch) for array in (wi, wo, nm)]
-        widths = {"eval": [wavelengths], "pdf": [1], "eval_pdf": [wavelengths, 1]}[function]
+        widths = {"eval": [wavelength_count], "pdf": [1], "eval_pdf": [wavelength_count, 1]}[function]
         results = [_Results(batch, width) for width in widths]
         call = getattr(_library(), f"sunbeam_surface_{function}")
 
         def work(first: int, count: int) -> None:
             wi_at, wo_at, nm_at = (array.at(first) for array in inputs)
             results_at = (array.at(first) for array in results)
-            _check(call(self._handle, count, wi_at, wo_at, wavelengths, nm_at, *results_at))
+            _check(call(self._handle, count, wi_at, wo_at, wavelength_count, nm_at, *results_at))
 
-        _in_parallel(work, math.prod(batch), wavelengths)
+        _in_parallel(work, math.prod(batch), wavelength_count)
         # A density has no axis for the wavelengths, and a value has none for a single number.
         has_no_axis = {"eval": [is_single], "pdf": [True], "eval_pdf": [is_single, True]}[function]
         return [array.values[..., 0] if drop else array.values for array, drop in zip(results, has_no_axis)]
@@ -260,16 +260,17 @@ class Surface:
         wi, u = _triples("wi", wi), _triples("u", u)
         nm, is_single = _wavelengths(wavelength_nm)
         batch = np.broadcast_shapes(wi.shape[:-1], u.shape[:-1], nm.shape[:-1])
-        wavelengths = nm.shape[-1]
+        wavelength_count = nm.shape[-1]
         inputs = [_Items(array, batch) for array in (wi, nm, u)]
-        results = [_Results(batch, width) for width in (3, 1, wavelengths)]
+        results = [_Results(batch, width) for width in (3, 1, wavelength_count)]
 
         def work(first: int, count: int) -> None:
             wi_at, nm_at, u_at = (array.at(first) for array in inputs)
             results_at = (array.at(first) for array in results)
-            _check(_library().sunbeam_surface_sample(self._handle, count, wi_at, wavelengths, nm_at, u_at, *results_at))
+            call = _library().sunbeam_surface_sample
+            _check(call(self._handle, count, wi_at, wavelength_count, nm_at, u_at, *results_at))
 
-        _in_parallel(work, math.prod(batch), wavelengths)
+        _in_parallel(work, math.prod(batch), wavelength_count)
         wo, pdf, weight = (array.values for array in results)
         return wo, pdf[..., 0], weight[..., 0] if is_single else weight
 
@@ -286,12 +287,12 @@ def _threads() -> int:
     return int(named) if named.isdecimal() and int(named) > 0 else os.cpu_count() or 1
 
 
-def _in_parallel(work: Callable[[int, int], None], count: int, wavelengths: int) -> None:
+def _in_parallel(work: Callable[[int, int], None], count: int, wavelength_count: int) -> None:
     """Calls ``work(first, items)`` for parts of a batch of ``count`` items, in several threads if it is large.
 
     Threads run at once, since ctypes releases Python's lock during a call. A part may be empty.
     """
-    threads = min(_threads(), max(1, count * wavelengths // _EVALUATIONS_PER_THREAD))
+    threads = min(_threads(), max(1, count * wavelength_count // _EVALUATIONS_PER_THREAD))
     if threads == 1:
         work(0, count)
         return

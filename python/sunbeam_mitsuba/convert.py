@@ -54,10 +54,10 @@ _BOTTOM_FIRST = ("sdf", "x3p", "xyz")
 _EITHER_FIRST = ("nc",)
 # Relative difference above which the given pixel size contradicts the file's, as in the native readers.
 _PIXEL_SIZE_RTOL = 1e-6
-# Largest accepted pixel and range of heights in µm, as in the native readers. Chosen: a larger length is probably in a
-# wrong unit.
+# Largest accepted pixel and range of heights in µm, as in the native readers. A larger length is probably in a wrong
+# unit.
 _LARGEST_UM = 1e3
-# Largest number of characters of SurfaceTopography's messages that are shown. Chosen so that a message stays readable.
+# Largest number of characters that are shown of a message of SurfaceTopography, so that it stays readable.
 _MESSAGE_MAX = 160
 
 
@@ -157,7 +157,7 @@ def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: 
             raise SunbeamError(f"channel {chosen} does not tell its unit; give unit, such as nm (--unit nm)")
         sizes: dict[str, Any] = {}
         if info.physical_sizes is None and format_name != _POINTS:
-            # `info.unit` is the file's unit along x and y.
+            # `info.unit` is the file's unit along x and y; another `unit` is refused by `relief_of_topography`.
             sizes["physical_sizes"] = _given_sizes(format_name, info.nb_grid_pts, pixel_size, str(unit or info.unit))
         # None: `relief_of_topography` finds the order of rows in the file's header.
         top_first = None if format_name in _EITHER_FIRST else format_name not in _BOTTOM_FIRST

@@ -72,8 +72,8 @@ impl RingPlan {
         self.knots_per_w * w + self.knots_per_efold * (1.0 + w / W_LOG).ln()
     }
 
-    /// Values of w of the [`RingPlan::w_count`] samples, ascending: one at each knot, and one more in the first and the
-    /// last interval, where its place is chosen. The sample of knot 0 is moved up by a tenth of an interval, since the
+    /// Values of w of the [`RingPlan::w_count`] samples, ascending: one at each knot, and one more inside the first and
+    /// the last interval. The sample of knot 0 is moved up by a tenth of an interval, since the
     /// scaled colour of `fit.rs` may be 0/0 at w = 0.
     pub(super) fn sampled_w(&self) -> Vec<f64> {
         let last = self.intervals as f64;
@@ -123,7 +123,7 @@ pub(super) struct Rings {
 impl Rings {
     /// Plans the rings for orders of the standard deviation `sigma_per_um` (cycles/µm) > 0, and heights that differ by
     /// at most `range_um`. `tapered` adds knots near the horizon for an aperiodic scan. `resolution`, above 0,
-    /// multiplies the number of samples along each axis.
+    /// multiplies the number of samples along each axis, within the bounds above.
     pub(super) fn plan(sigma_per_um: f64, range_um: f64, tapered: bool, resolution: f64) -> Self {
         let spacing = (DIRECTION_SPACING * WAVELENGTH_UM * sigma_per_um / resolution).min(SPACING_MAX);
         let inner_spacing = spacing * RING_SPACING / DIRECTION_SPACING;

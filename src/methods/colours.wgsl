@@ -7,8 +7,8 @@
 
 @group(1) @binding(1) var<storage, read> colours: array<vec4<f32>>;
 
-// The density per µm at a wavelength in µm, linear between the entries from WAVELENGTH_MIN_UM to WAVELENGTH_MAX_UM and
-// constant beyond them.
+// The density per µm at a wavelength in µm, linear between the entries, at least two, and constant beyond them. They
+// reach from WAVELENGTH_MIN_UM to WAVELENGTH_MAX_UM (common.wgsl).
 fn colour_density(wavelength_um: f32) -> vec3<f32> {
     let intervals = arrayLength(&colours) - 1u;
     let position = (wavelength_um - WAVELENGTH_MIN_UM) / (WAVELENGTH_MAX_UM - WAVELENGTH_MIN_UM) * f32(intervals);

@@ -175,6 +175,7 @@ fn pair_components((width, height): (usize, usize), queries: &[Query]) -> Array3
             0..3 => query.wi[i],
             3..6 => query.wo[i - 3],
             6 => query.lit as f32,
+            // The sun's cosine, since z is the normal.
             _ => query.wi[2],
         }
     })

@@ -56,8 +56,9 @@ export class Channel {
     if (this.#ended) return Promise.reject(new WorkerError(this.#ended));
     const id = ++this.#last;
     return new Promise((resolve, reject) => {
-      this.#waiting.set(id, { resolve, reject, progress });
+      // Fields that cannot be sent throw here, which fails the promise before the question counts as unanswered.
       this.#worker.postMessage({ ...fields, id, type }, transfer);
+      this.#waiting.set(id, { resolve, reject, progress });
     });
   }
 

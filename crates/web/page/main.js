@@ -39,9 +39,10 @@ async function open(hash) {
     page.source = null;
     const { preset } = complete.surface;
     // An example without a file is selected if it has the same preset.
-    const example = page.examples.find(({ file, settings }) => !file && settings.surface.preset === preset);
+    const example = page.examples.find(({ file, settings: own }) => !file && own.surface.preset === preset);
     page.example = example?.name ?? null;
   } else {
+    // Whether the page has the file of the address already.
     const isHeld = page.source?.name === filename && (!sha256 || page.source.sha256 === sha256);
     // A visitor's file may have the name of an example's; the checksum tells them apart.
     const known = isHeld ? page.source.sha256 : sha256;

@@ -27,7 +27,7 @@ function put(id, value) {
   if (document.activeElement !== byId(id)) byId(id).value = value ?? "";
 }
 
-/** Shows the source of the relief and the options of the reader. `preset` is undefined for a file. */
+/** Shows the source of the relief and the options for reading a file. `preset` is undefined for a file. */
 function showSource(surface, preset) {
   byId("preset").value = isFile() ? "" : surface.preset;
   byId("grating").hidden = preset?.period_um === undefined;
@@ -87,7 +87,7 @@ function showPictureOptions({ shape, pigment, exposure }) {
   byId("exposure-value").textContent = `${exposure > 0 ? "+" : ""}${signed(exposure)} stops`;
 }
 
-/** Shows the value of a slider of relative sizes, in percent. */
+/** Shows the value of the slider `pattern` or `depth`, in percent of the size in the relief's source. */
 export function showPercent(id, percent) {
   byId(`${id}-value`).textContent = `${percent} %`;
 }

@@ -33,8 +33,8 @@ impl Reflectance {
         Self { method, model: settings.model(), index, cover }
     }
 
-    /// Replaces the refractive index by that of `settings`. With energy conservation the method's data also depend on
-    /// the index and have to be built again ([`Settings::keys`]).
+    /// Replaces the refractive index by that of `settings`, whose cover must be the present one. With energy
+    /// conservation the method's data also depend on the index and have to be built again ([`Settings::keys`]).
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index_inside();
     }
@@ -57,9 +57,9 @@ impl Reflectance {
         self.method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))
     }
 
-    /// BRDF map for light from `wi`: [`Reflectance::rgb`] at the outgoing direction of each of `side`² pixels
-    /// ([`map_direction`]), rows from the top. Pixels outside the disc of the hemisphere are 0. Progress is reported by
-    /// rows.
+    /// BRDF map for the unit vector `wi` to the light: [`Reflectance::rgb`] at the outgoing direction of each of
+    /// `side`² pixels ([`map_direction`]), rows from the top. Pixels outside the disc of the hemisphere are 0. Progress
+    /// is reported by rows.
     pub fn map(&self, wi: Vec3, side: usize, progress: &Progress) -> Vec<[f32; 3]> {
         let finished_rows = progress.of_steps(side);
         let mut map = Vec::with_capacity(side * side);

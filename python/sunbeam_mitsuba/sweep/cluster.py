@@ -49,14 +49,14 @@ def plan_workers(
 
     By default there is one worker for each core that this process may use, but at most one per case. There are fewer
     where memory is short: each worker needs WORKER_BYTES and ``largest_bytes``, the peak memory of the largest surface.
-    The default limit is an equal part of the free memory. ``wanted_workers`` and ``wanted_bytes`` replace the number
-    and the limit; ``None`` keeps the default.
+    The default limit is an equal part of _MEMORY_FRACTION of the free memory. ``wanted_workers`` and ``wanted_bytes``
+    replace the number and the limit; ``None`` keeps the default.
     """
-    free_bytes = psutil.virtual_memory().available * _MEMORY_FRACTION
+    usable_bytes = psutil.virtual_memory().available * _MEMORY_FRACTION
     cores = len(os.sched_getaffinity(0))
-    fitting = int(free_bytes / (largest_bytes + WORKER_BYTES))
+    fitting = int(usable_bytes / (largest_bytes + WORKER_BYTES))
     workers = wanted_workers or max(1, min(cores, cases, fitting))
-    return workers, wanted_bytes or free_bytes / workers
+    return workers, wanted_bytes or usable_bytes / workers
 
 
 @contextmanager

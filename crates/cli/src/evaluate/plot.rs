@@ -1,4 +1,4 @@
-//! The plot of `sunbeam evaluate`: the response over wavelength and angle of view as a map of blue cells.
+//! The plot of `sunbeam evaluate`: the response `S/λ²` over wavelength and angle of view as a map of blue cells.
 //!
 //! Two curves lie over the map: the brightest angle at each wavelength, and the first order of the grating equation.
 //! Each column of cells is relative to its own largest value, so that the peak shows at every wavelength.
@@ -39,7 +39,8 @@ fn draw_cells(chart: &mut Chart, response: &Response) {
     let (wavelengths, angles) = (&response.wavelengths_nm, &response.angles_deg);
     let (x_range, y_range) = (ends(wavelengths), ends(angles));
     let (columns, rows) = (wavelengths.len().min(CELLS_MAX), angles.len().min(CELLS_MAX));
-    // Start of the i-th of `count` equal intervals of a range; wavelengths and angles have equal steps.
+    // Start of the i-th of `count` equal intervals of a range. Cells are equal, since wavelengths and angles have equal
+    // steps.
     let edge = |(first, last): (f64, f64), i: usize, count: usize| first + (last - first) * i as f64 / count as f64;
     for column in 0..columns {
         // The values at the wavelengths of this column, `[wavelength][angle]`.
@@ -62,12 +63,28 @@ fn draw_cells(chart: &mut Chart, response: &Response) {
     }
 }
 
-/// The first and the last value of a slice that is not empty.
+/// The first and the last value of a slice that is not empty. A single value is the middle of a range of length 1.
 fn ends(values: &[f64]) -> (f64, f64) {
-    (values[0], values[values.len() - 1])
+    match values {
+        [value] => (value - 0.5, value + 0.5),
+        _ => (values[0], values[values.len() - 1]),
+    }
 }
 
 /// Indices of the `i`-th part of `count` values in `parts` parts, whose sizes differ by at most 1.
 fn part(i: usize, parts: usize, count: usize) -> std::ops::Range<usize> {
     i * count / parts..(i + 1) * count / parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_of_a_single_angle_have_a_height() {
+        let (wavelengths_nm, angles_deg) = (vec![400.0, 500.0], vec![10.0]);
+        let response = Response { wavelengths_nm, angles_deg, values: vec![vec![1.0], vec![2.0]] };
+        let drawn = svg(&response, &[10.0; 2], &[10.0; 2]);
+        assert!(drawn.contains("#3737ff") && !drawn.contains("height=\"0\""), "{drawn}");
+    }
 }

@@ -1,5 +1,5 @@
-//! The plot of `sunbeam orders`: efficiencies of the strongest orders over the quantity that varies, such as the
-//! wavelength.
+//! The plot of `sunbeam orders`: efficiencies (parts of the incident power) of the strongest orders over the quantity
+//! that varies, such as the wavelength.
 
 use super::solve::{Order, Side};
 use super::{Curve, Point};
@@ -14,7 +14,7 @@ const COLOURS: [&str; 4] = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728"];
 /// Smallest upper end of the axis of efficiencies. It keeps the axis from being empty where all efficiencies are 0.
 const TOP_MIN: f64 = 1e-6;
 
-/// An order over the quantity that varies.
+/// An order at all points of a [`Curve`].
 struct Line {
     /// Side of the relief on which the order leaves.
     side: Side,
@@ -24,7 +24,8 @@ struct Line {
     largest: f64,
 }
 
-/// Draws the strongest orders as SVG: the mean as a thick line, TE dashed and TM dotted where they are known.
+/// Draws the strongest orders as SVG: the mean over polarisations as a thick line, TE dashed and TM dotted where they
+/// are known.
 pub(super) fn svg(curve: &Curve) -> String {
     let lines = by_strength(curve);
     let top = lines.iter().fold(TOP_MIN, |top, line| top.max(line.largest));
@@ -79,7 +80,7 @@ fn by_strength(curve: &Curve) -> Vec<Line> {
     }
     let mut lines: Vec<_> =
         largest.into_iter().map(|((side, number), largest)| Line { side, number, largest }).collect();
-    // Equal orders keep the sequence of the map, so that the drawing is reproducible.
+    // Equally strong orders keep the sequence of the map, so that the drawing is reproducible.
     lines.sort_by(|a, b| b.largest.total_cmp(&a.largest));
     lines
 }

@@ -1,8 +1,8 @@
 //! The orders of a relief that varies along x alone, by the scalar theory.
 //!
 //! Light comes from air, and order m leaves in a medium of index n. Its direction follows from the grating equation,
-//! `wi.x + n·wo.x = m·λ/period` and `wi.y + n·wo.y = 0`. Its power is `|c_m|²`, with the amplitude `c_m` in the
-//! transform of the phase screen.
+//! `wi.x + n·wo.x = m·λ/period` and `wi.y + n·wo.y = 0`, with `wi` towards the light. Its power is `|c_m|²`, with the
+//! amplitude `c_m` in the transform of the phase screen.
 
 use sunbeam::config::{BuildError, SurfaceConfig};
 use sunbeam::scattering::Vec3;
@@ -15,6 +15,7 @@ pub(super) struct Screen {
     bins: i32,
     /// λ/period, with the vacuum wavelength λ.
     step: f64,
+    /// Width of the tile.
     pub(super) period_um: f64,
     pub(super) wavelength_um: f64,
 }
@@ -35,8 +36,8 @@ impl Screen {
     }
 
     /// The orders m with `|n·wo.x| ≤ n` that the pixels resolve, by ascending number, with the tangential components x
-    /// and y of `n·wo`. The index n of the medium in which the orders leave is `index`. Oblique to x, the outermost
-    /// orders may still be evanescent.
+    /// and y of `n·wo`. The index n of the medium in which the orders leave is `index`. Where wi.y is not 0, the
+    /// outermost orders may still be evanescent.
     pub(super) fn orders(&self, wi: Vec3, index: f64) -> impl Iterator<Item = (i32, [f64; 2])> {
         let (step, bins) = (self.step, self.bins);
         let (first, last) = (((wi[0] - index) / step).ceil() as i32, ((wi[0] + index) / step).floor() as i32);

@@ -142,7 +142,8 @@ impl SolvedOrders {
 
     /// The efficiencies `R·O·M·|c_m|²` of the propagating orders m (docs/model.md#the-reflectance).
     ///
-    /// R is the Fresnel factor, O the obliquity factor, M the shadowing factor, c_m the order's amplitude.
+    /// R is the Fresnel factor, O the obliquity factor, M the shadowing factor, c_m the order's amplitude. If chosen,
+    /// the small-slope factor Q replaces `R·O`.
     fn scalar(config: &SurfaceConfig, wi: Vec3, wavelength_nm: f64) -> Result<Self, BuildError> {
         let (screen, options) = (Screen::new(config, wavelength_nm)?, config.options());
         let mut orders = Vec::new();
@@ -157,6 +158,7 @@ impl SolvedOrders {
             // Both directions are above the surface, so there always is a pair.
             let Some(pair) = Pair::new(wi, wo) else { continue };
             let power = screen.power(m, pair.kappa(screen.wavelength_um));
+            // R or Q, times O·M.
             let factor = pair.interface(config.index(), options.obliquity) * options.angular_factor(&pair);
             orders.push(Order::with_mean(Side::Above, m, wo, factor * power));
         }

@@ -41,7 +41,7 @@ impl Meaning {
     }
 }
 
-/// First row of a file.
+/// Place of a file's first row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FirstRow {
     /// Largest y.
@@ -65,13 +65,13 @@ pub(super) struct Raw {
     values: Array2<f64>,
     /// Conversion from stored numbers to heights.
     meaning: Meaning,
-    /// First row.
+    /// Place of the first row.
     first_row: FirstRow,
-    /// Origin of the first row.
+    /// Where that place is known from.
     first_row_source: Source,
     /// Pixel size.
     pixel: Pixel,
-    /// Origin of a known pixel size.
+    /// Where a known pixel size comes from.
     pixel_source: Source,
     /// Name of the channel, for formats with several.
     channel: Option<Understood>,
@@ -120,12 +120,12 @@ impl Raw {
         Self { pixel, ..self }
     }
 
-    /// Sets the origin of the pixel size; the default is the file.
+    /// Sets the source of the pixel size; the default is the file.
     pub(super) fn pixel_from(self, pixel_source: Source) -> Self {
         Self { pixel_source, ..self }
     }
 
-    /// Sets the origin of the first row; the default is the format.
+    /// Sets the source of the first row's place; the default is the format.
     pub(super) fn rows_from(self, first_row_source: Source) -> Self {
         Self { first_row_source, ..self }
     }
@@ -204,7 +204,7 @@ impl Raw {
         }
     }
 
-    /// Converts the values to µm; returns the unit or scale that they had, and its origin.
+    /// Converts the values to µm; returns the unit or scale that they had, and its source.
     ///
     /// # Errors
     /// A missing scale, or an option `max_height` that contradicts the file.
@@ -256,12 +256,12 @@ impl Raw {
     }
 }
 
-/// Description of the missing points among `total` points, and its origin.
+/// Description of the missing points among `total` points, and its source.
 fn understood_holes(holes: &Holes, total: usize, fill: Fill) -> Understood {
     if holes.count == 0 {
         return Understood::new(Source::File, "none");
     }
-    // Isolated numbers are recognised by their values alone (isolated.rs): a guess. The file counts as the origin if it
+    // Isolated numbers are recognised by their values alone (isolated.rs): a guess. The file counts as the source if it
     // marks at least one point.
     let guessed: usize = holes.isolated.iter().map(|(_, count)| count).sum();
     let source = if guessed == holes.count { Source::Guess } else { Source::File };

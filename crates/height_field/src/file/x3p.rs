@@ -147,7 +147,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     let root = document.root_element();
     let (nx, ny, nz) = (count(root, "SizeX")?, count(root, "SizeY")?, count(root, "SizeZ")?);
     let dx_m = increment(root, "CX")?;
-    // The description of a single profile may omit the y axis.
+    // The description of a single profile may omit the y axis or its increment.
     let dy_m = if ny == 1 { increment(root, "CY").unwrap_or(dx_m) } else { increment(root, "CY")? };
     let axis = find(root, &["Record1", "Axes", "CZ"]).ok_or("it has no axis CZ")?;
     let number = match text_at(axis, &["DataType"]) {
@@ -163,10 +163,10 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
 
     // Bytes and points of one layer, and bytes of all layers.
     let layer_bytes = data_length(nx, ny, number)?;
-    let points = layer_bytes / number.size();
+    let layer_points = layer_bytes / number.size();
     let all_bytes = layer_bytes.checked_mul(nz).ok_or("its size is too large")?;
     let Points { stored, valid } = Points::read(&mut archive, root, number, all_bytes)?;
-    if stored.len() != points * nz {
+    if stored.len() != layer_points * nz {
         return Err(format!("{nx} × {ny} × {nz} points are promised, but {} follow", stored.len()));
     }
     if let Some(valid) = valid.as_ref().filter(|valid| valid.len() < stored.len().div_ceil(8)) {
@@ -176,7 +176,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     let layers: Vec<Channel> = (0..nz).map(|layer| Channel::new(layer, String::new(), "m".to_owned())).collect();
     let layer = channel::choose(&layers, channel_option)?;
     // Indices of the layer's points among those of all layers.
-    let indices = layer * points..(layer + 1) * points;
+    let indices = layer * layer_points..(layer + 1) * layer_points;
     let is_valid = |i: usize| valid.as_ref().is_none_or(|bits| bits[i / 8] >> (i % 8) & 1 == 1);
     // Infinite and huge numbers mark missing points, too.
     let height_m = |i: usize| if is_valid(i) { known_or_nan(stored[i]) * scale_m + offset_m } else { f64::NAN };

@@ -32,11 +32,11 @@ const PREVIEW_MS: f64 = 25.0;
 struct State {
     /// Scene, method and job (view, optics and size). It chooses the resolution of the next picture.
     progressive: Progressive,
-    /// Stops by which pictures are brightened for the canvas.
-    stops: f64,
+    /// Photographic stops by which pictures are brightened for the canvas.
+    exposure_stops: f64,
     /// The picture on the canvas.
     shown: Option<Arc<Target>>,
-    /// Whether `stops` has changed since the picture was put on the canvas.
+    /// Whether `exposure_stops` has changed since the picture was put on the canvas.
     tone_changed: bool,
 }
 
@@ -116,8 +116,8 @@ impl Artist {
         let view = settings.view(supersample).map_err(thrown)?;
         let job = Job { view, optics: settings.optics(), size: (width.max(1), height.max(1)) };
         let mut state = self.state.borrow_mut();
-        state.tone_changed |= state.stops != settings.exposure;
-        state.stops = settings.exposure;
+        state.tone_changed |= state.exposure_stops != settings.exposure;
+        state.exposure_stops = settings.exposure;
         if state.progressive.set_job(&self.gpu, job) {
             self.give_up_refining();
         }
@@ -130,8 +130,8 @@ impl Artist {
         self.stepped().await.map_err(thrown)
     }
 
-    /// Draws the finest picture at once and shows it. Returns its report as JSON. It is an error if scene, method or
-    /// view are missing, or change while the picture is drawn.
+    /// Draws the finest picture at once and shows it. Returns its report as JSON. Fails if scene, method or view is
+    /// missing, or if one of them changes while this drawing refines the picture shown.
     pub async fn draw(&self) -> Result<String, JsValue> {
         let missing = || {
             thrown(WebError::Internal("the scene, method or view is missing, or changed during the drawing".to_owned()))
@@ -156,7 +156,7 @@ impl Artist {
         // Taken before the `await`, during which another picture may be shown.
         let (size, stops) = {
             let state = self.state.borrow();
-            (state.shown.as_ref().map_or((0, 0), |target| target.size()), state.stops)
+            (state.shown.as_ref().map_or((0, 0), |target| target.size()), state.exposure_stops)
         };
         let picture = self.picture().await.map_err(thrown)?;
         image::picture_png(&picture, size, stops).map_err(thrown)
@@ -174,7 +174,7 @@ impl Artist {
         self.queried(x, y).await.map_err(thrown)
     }
 
-    /// The BRDF map for light from the unit vector `wi` in the relief's frame: `f_r` in 1/sr as linear sRGB, three
+    /// The BRDF map for the unit vector `wi` to the light, in the relief's frame: `f_r` in 1/sr as linear sRGB, three
     /// numbers for each of `side`² pixels, rows from the top. Pixels outside the disc of directions are 0.
     pub async fn map(&self, wi: &[f32], side: usize) -> Result<Vec<f32>, JsValue> {
         let refused = || thrown(WebError::Internal("a direction is three numbers".to_owned()));
@@ -219,7 +219,7 @@ impl Artist {
             renderer,
             state: RefCell::new(State {
                 progressive: Progressive::new(PREVIEW_MS),
-                stops: 0.0,
+                exposure_stops: 0.0,
                 shown: None,
                 tone_changed: false,
             }),
@@ -228,8 +228,8 @@ impl Artist {
         })
     }
 
-    /// Stops the current drawing if it only refines a picture, which is now out of date. A first picture is drawn to
-    /// its end, so that a drag shows pictures.
+    /// Stops the current drawing if it only refines a picture, which is now out of date. The first picture after a
+    /// change is drawn to its end, so that a drag shows pictures.
     fn give_up_refining(&self) {
         if self.refining.get() {
             self.stop.store(true, Relaxed);
@@ -284,7 +284,8 @@ impl Artist {
             Err(GpuError::Stopped) => return Ok(None),
             drawn => drawn?,
         };
-        // The scene, method or view may have changed during the `await`. A first picture is shown nevertheless.
+        // The scene, method or view may have changed during the `await`. A picture that refines none is shown
+        // nevertheless.
         if frame.refines && !self.state.borrow().progressive.is_current(&frame) {
             return Ok(None);
         }
@@ -300,7 +301,7 @@ impl Artist {
         let stops = {
             let mut state = self.state.borrow_mut();
             state.tone_changed = false;
-            state.stops
+            state.exposure_stops
         };
         if let Some(screen) = &self.screen {
             screen.show(&self.gpu, target, stops)?;

@@ -32,10 +32,11 @@ use sunbeam_realtime::Gpu;
 /// Largest accepted deviation of [`Truth`] from the oracle, on the scale of [`TruthCheck::largest`]. Rounding of
 /// double-precision sums causes less.
 const ORACLE_LIMIT: f64 = 1e-9;
-/// Number of values at which [`Truth`] is compared with the oracle. Chosen: each oracle value is a sum over the tile,
-/// so larger numbers take longer; smaller ones may miss a defect.
+/// Number of values at which [`Truth`] is compared with the oracle. Each oracle value is a sum over the tile, so
+/// larger numbers take longer; smaller ones may miss a defect.
 const ORACLE_CHECKS: usize = 12;
-/// Shortest wavelength of the methods in µm, at which κH (phase rate κ times half the range of heights H) is largest.
+/// Shortest wavelength of the methods in µm, at which the phase rate κ times half the range of heights is
+/// largest.
 const SHORTEST_UM: f64 = 0.38;
 
 /// The size of a run. Larger numbers (a smaller step) give steadier figures and take longer.

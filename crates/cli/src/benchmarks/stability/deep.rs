@@ -50,7 +50,7 @@ const NEAR_ORDER: f64 = 0.1;
 /// table's tolerance (`error_scale`).
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct DeepPoint {
-    /// κH.
+    /// κH at 380 nm along the normal.
     pub kappa_h: f64,
     /// Terms of Taylor's series.
     pub taylor_terms: usize,
@@ -86,10 +86,11 @@ pub fn deep_relief(directions: usize) -> Result<Vec<DeepPoint>, BenchError> {
     KAPPA_H.iter().map(|kappa_h| point(*kappa_h, directions)).collect()
 }
 
-/// Errors at one κH. The range of heights is 2H, where κ is that of 380 nm and directions along the normal (w = 2).
+/// Errors at one κH, with the κ of 380 nm and of directions along the normal (w = 2).
 fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     let kappa_max = 2.0 * TAU / (VISIBLE_NM.start() * 1e-3);
-    let field = rough_of_primes(2.0 * kappa_h / kappa_max)?;
+    let range_um = 2.0 * kappa_h / kappa_max;
+    let field = rough_of_primes(range_um)?;
     let taylor = taylor_terms(kappa_h, REMAINDER);
     let chebyshev = chebyshev_terms(kappa_h, REMAINDER);
     let flss = |series| {
@@ -104,7 +105,7 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     let (mut flss_chebyshev, mut flss_taylor) = (flss(Series::Chebyshev)?, flss(Series::Taylor)?);
     let options = Options { conserve_energy: false, tolerance: TOLERANCE, ..Options::default() };
     let surface = Surface::new(&field, &options)?;
-    let mut table_errors = table_errors(&surface, &Exact::new(&field, &options, None), directions);
+    let mut of_tables = table_errors(&surface, &Exact::new(&field, &options, None), directions);
     Ok(DeepPoint {
         kappa_h,
         taylor_terms: taylor,
@@ -116,8 +117,8 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
         flss_p99: flss_chebyshev.as_mut().map(|errors| percentile_99(errors)),
         flss_largest: flss_chebyshev.map(largest),
         flss_taylor_p99: flss_taylor.as_mut().map(|errors| percentile_99(errors)),
-        table_p99: percentile_99(&mut table_errors),
-        table_largest: largest(table_errors),
+        table_p99: percentile_99(&mut of_tables),
+        table_largest: largest(of_tables),
         table_bytes: surface.report().table.bytes,
     })
 }

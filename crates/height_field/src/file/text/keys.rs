@@ -1,7 +1,7 @@
 //! Meaning of the English keys in headers of texts.
 //!
 //! A key is split into words in lower case, which the lists below sort into kinds. [`role`] combines the kinds: `Pixel
-//! width` has the word `pixel` and a word of [`SIZE`] and [`X`], so it is the distance between points along x.
+//! width` has the words `pixel` and `width`, the latter in [`X`], so it is the distance between points along x.
 
 /// Axis of a property; `Both` if the key names none or both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,11 +33,11 @@ pub(super) enum Role {
     HeightUnit,
     /// Unit of x and y.
     LateralUnit,
-    /// Height of a value of 1 with its unit, such as that of a radian of phase.
+    /// Height, with its unit, of a stored number of 1, such as that of a radian of phase.
     HeightFactor,
     /// Range of the heights.
     HeightRange,
-    /// Height in nm of a value of 1 (SPIP).
+    /// Height in nm of a stored number of 1 (SPIP).
     NmPerValue,
     /// Name of the channel.
     Channel,

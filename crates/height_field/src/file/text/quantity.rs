@@ -39,7 +39,7 @@ impl Quantity {
 }
 
 /// Reads `2.4 µm`, `2,4µm`, `10 x 5 µm`, `10 µm × 5 µm`, `48 pixels` or `[nm] 3`; a comma is a decimal mark. `None` for
-/// any other text.
+/// two different units and for any other text.
 pub(super) fn quantity(text: &str) -> Option<Quantity> {
     let mut numbers = Vec::new();
     let mut unit = String::new();
@@ -92,8 +92,8 @@ pub(super) fn bracketed(text: &str) -> Option<(&str, &str)> {
     Some((text[1..end].trim(), &text[end + 1..]))
 }
 
-/// Length in bytes of the number at the beginning; 0 without one. An exponent needs a sign or digits: in `2e` the
-/// number is `2`.
+/// Length in bytes of the number at the beginning; 0 without one. An `e` belongs to it only before a sign or a digit:
+/// in `2e` the number is `2`.
 fn number_end(text: &str) -> usize {
     let bytes = text.as_bytes();
     let mut end = 0;
