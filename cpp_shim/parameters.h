@@ -22,8 +22,9 @@ bool is_number(const mitsuba::Properties &props, const char *name);
 /// the value at the sodium line (589.3 nm) is taken. Returns nothing without a cover.
 std::optional<double> cover_index(const mitsuba::Properties &props);
 
-/// Index of a body that transmits: `eta`, or `int_ior` (default: bk7) over `ext_ior` (air). Returns nothing for a surface
-/// that only reflects. Refuses parameters that contradict transmission, and an outer medium other than air or vacuum.
+/// Index of a body that transmits: `eta`, or `int_ior` over `ext_ior`, by default bk7 and air. Returns nothing for a
+/// surface that only reflects. Refuses parameters that contradict transmission, and an outer medium other than air or
+/// vacuum.
 std::optional<double> transparent_index(const mitsuba::Properties &props);
 
 /// Name of the measured material, or "none". Refuses materials that Mitsuba lacks, `material` together with `eta` or

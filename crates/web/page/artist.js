@@ -12,7 +12,8 @@ import { answer } from "./answering.js";
 
 /**
  * Time in ms from the last change of the view to the start of a finer picture. A longer one delays the finest picture.
- * A shorter one starts it during short rests of a drag, which then waits: the device finishes what was submitted.
+ * A shorter one starts it during short rests of a drag; the drag then waits until the device finishes what was
+ * submitted.
  */
 const REST_MS = 100;
 /** Rays along each side of a pixel of the finest picture. More rays smooth edges and take longer. */
