@@ -34,7 +34,8 @@ export function showRelief({ facts, width, height, bar_um, um_per_pixel, rgba })
     // There is no period along an axis on which the heights do not depend.
     if (period?.period_um) entries.push([`Period along ${axis}`, lengthText(period.period_um)]);
   }
-  entries.push(["Roughness Sq", lengthText(facts.roughness.sq_um)], ["Roughness Sa", lengthText(facts.roughness.sa_um)]);
+  entries.push(["Roughness Sq", lengthText(facts.roughness.sq_um)]);
+  entries.push(["Roughness Sa", lengthText(facts.roughness.sa_um)]);
   entries.push(["Slopes x, y (rms)", facts.rms_slope.map((slope) => Number(slope.toPrecision(2))).join(", ")]);
   if (facts.channel) entries.push(["Channel", facts.channel]);
   if (facts.filled_points) entries.push(["Filled points", facts.filled_points]);
