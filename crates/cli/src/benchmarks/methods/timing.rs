@@ -1,7 +1,7 @@
 //! Time per colour on one core.
 //!
-//! A colour is one evaluation of `f_r` without its Fresnel factor, in linear sRGB, for one pair of directions (wi, wo). A
-//! candidate is a method with one set of parameters (candidate.rs). In each repetition every candidate is timed once.
+//! A colour is one evaluation of `f_r` without its Fresnel factor, in linear sRGB, for one pair of directions (wi, wo).
+//! A candidate is a method with one set of parameters (candidate.rs). In each repetition every candidate is timed once.
 //! The first candidate, `flss` with the library's defaults, is the baseline of the ratios.
 
 use super::Effort;
