@@ -5,7 +5,7 @@
  * is made, after the run.
  *
  * The wrapped function returns a promise of whether this call ran the task: true after all runs, or false at once if
- * the run of another call goes on. Errors of the task reach the call that ran it.
+ * the run of another call goes on. An error of the task reaches the call that ran it, and a call that waits is dropped.
  */
 export function onlyLatest(task) {
   let running = false;
