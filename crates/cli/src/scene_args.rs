@@ -89,7 +89,7 @@ impl SceneArgs {
     /// The view, with `supersample`² rays per pixel. Drawing checks the remaining ranges ([`View::check`]).
     ///
     /// # Errors
-    /// `--share` without `--blend mix`, angles out of range, or a direction to the sun of zero length.
+    /// `--share` without `--blend mix`, the sun's angles out of range, or a direction to the sun of zero length.
     pub fn view(&self, supersample: u32) -> Result<View, Box<dyn std::error::Error>> {
         let camera = Camera::default();
         let blend = match (self.blend, self.share) {

@@ -1,4 +1,4 @@
-//! No code: the dependencies in Cargo.toml give packages from outside the same features in every build here.
+//! No code: the dependencies in Cargo.toml give third-party packages the same features in every build.
 //!
 //! Cargo compiles a package with the features that the members selected for a build request together. Without this
 //! crate, building one member after another would compile shared packages again. `scripts/check_workspace.py` finds

@@ -89,21 +89,21 @@ async function step(handledChanges) {
 async function drawAll() {
   if (drawing || !artist) return;
   drawing = true;
-  try {
-    // `changeCount` is at least 1 here. If `restart` increases it during the drawing, the drawing is repeated.
-    for (let handledChanges = 0; artist && handledChanges !== changeCount; ) {
-      handledChanges = changeCount;
+  // `changeCount` is at least 1 here. If `restart` increases it during the drawing, the drawing is repeated, also after
+  // a failure.
+  for (let handledChanges = 0; artist && handledChanges !== changeCount; ) {
+    handledChanges = changeCount;
+    try {
       while (await step(handledChanges)) {
         postMessage({ type: "drawn", ...shown });
         if (!shown.finest) await rest();
       }
+    } catch (error) {
+      // A loss of the device is reported by the callback of `on_lost`.
+      if (error.kind !== "lost") postMessage({ type: "failed", message: error.message ?? String(error) });
     }
-  } catch (error) {
-    // A loss of the device is reported by the callback of `on_lost`.
-    if (error.kind !== "lost") postMessage({ type: "failed", message: error.message ?? String(error) });
-  } finally {
-    drawing = false;
   }
+  drawing = false;
 }
 
 /** Passes the view to the artist and starts drawing, after a change of view, scene, method or device. */

@@ -1,8 +1,8 @@
 // Record of one visible surface point; counterpart of `Query` in layout.rs, with the same memory layout.
 //
 // For each sample of the pixels, locate.wgsl writes one query per pixel. shade.wgsl computes the reflectance f_r, the
-// *answer*, from its directions. resolve.wgsl adds the pigment at the texture coordinates, and the radiance to the
-// pixel.
+// *answer*, from its directions. resolve.wgsl turns the answer into radiance, with the pigment at the texture
+// coordinates, and adds it to the pixel.
 //
 // The grating's frame is the shading frame (z is the normal, x the tangent along u), rotated about the normal by the
 // angle of `frame.rotation` (frame.wgsl). Directions at a film may have a z of either sign. Other surfaces are lit only
