@@ -9,8 +9,8 @@
 
 namespace sunbeam {
 
-// Conversions between C++ and Rust strings. cxx has such conversions, but compiles them with the `std::string` of
-// C++11. The wheel of Mitsuba 3.7 uses the older `std::string`.
+// Conversions between C++ and Rust strings. cxx has such conversions, but compiles them with the `std::string` of the
+// C++11 ABI. The wheel of Mitsuba 3.7 uses the older one (`_GLIBCXX_USE_CXX11_ABI=0`).
 
 /// Borrows a text in UTF-8. Throws for other encodings.
 inline rust::Str rust_str(std::string_view text) {

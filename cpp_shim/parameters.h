@@ -18,16 +18,17 @@ std::string surface_json(const mitsuba::Properties &props);
 /// Whether a parameter is given as one number.
 bool is_number(const mitsuba::Properties &props, const char *name);
 
-/// Index of the cover by `cover_eta`: a number, the name of a medium, or a spectrum, of which the value at the sodium
-/// line (589.3 nm) is taken. Returns nothing without a cover.
+/// Refractive index of the cover by `cover_eta`: a number, the name of one of Mitsuba's media, or a spectrum, of which
+/// the value at the sodium line (589.3 nm) is taken. Returns nothing without a cover.
 std::optional<double> cover_index(const mitsuba::Properties &props);
 
-/// Index of a body that transmits: `eta`, or `int_ior` over `ext_ior`. Returns nothing for a surface that only
-/// reflects. Refuses parameters that contradict transmission, and an outer medium other than air or vacuum.
+/// Index of a body that transmits: `eta`, or `int_ior` over `ext_ior`, by default bk7 and air. Returns nothing for a
+/// surface that only reflects. Refuses parameters that contradict transmission, and an outer medium other than air or
+/// vacuum.
 std::optional<double> transparent_index(const mitsuba::Properties &props);
 
-/// Name of the material, or "none". Refuses unknown materials, `material` together with `eta` or `k`, and `k` without
-/// `eta`.
+/// Name of the measured material, or "none". Refuses materials that Mitsuba lacks, `material` together with `eta` or
+/// `k`, and `k` without `eta`.
 std::string material_name(const mitsuba::Properties &props);
 
 /// Complex refractive index eta + ik. Each part has either values at rising wavelengths in nm, or one value and no

@@ -31,13 +31,13 @@ HEIGHT_CM = 0.12
 LAYER_CM = 0.002
 # Camera, as far away as a person at a table.
 DISC_VIEW = View(origin_cm=(0, -40, 43), target_cm=(0, -0.2, 0), fov_deg=13.8)
-# Width of the coherence window, over which light interferes, relative to the pitch of the tracks. Wider ones show
-# streaks of the preset's tile: it repeats a few hundred pits, while a pixel sees thousands, all different.
-WINDOW_TRACKS = 10
+# Coherence length, the width over which light interferes, in pitches of the tracks. Larger ones show streaks of the
+# preset's tile: it repeats a few hundred pits, while a pixel of a real disc would see thousands, all different.
+COHERENCE_TRACKS = 10
 # Relative error of the tables, above the default: the colours are smooth, and the build takes half the time.
 TOLERANCE = 1e-2
-# Radiance of a white plane at the disc that faces a lamp. The unit of all radiances here is that of a white plane in
-# the sun (light.py).
+# Radiance of a white plane at the disc that faces one of the small lamps. The unit of all radiances here is that of a
+# white plane in the sun (light.py).
 LAMP_BRIGHTNESS = 0.25
 # Radiance of the dim room, in all directions.
 ROOM_RADIANCE = 0.03
@@ -52,8 +52,8 @@ class Format:
     """Kind of disc.
 
     `pitch_um` is the distance between tracks and `depth_um` the depth of pits. `lamps` has azimuth and elevation in
-    degrees of small lamps (`direction` of light.py), and `window_centre_cm` is the centre of a window of the room. The
-    first orders of all of them reach the camera of DISC_VIEW.
+    degrees of small lamps (`direction` of light.py), and `window_centre_cm` is the centre of a window of the room.
+    Their first orders reach the camera of DISC_VIEW.
     """
 
     pitch_um: float
@@ -69,7 +69,7 @@ class Format:
             # Factors on the preset's lengths along the surface and on its heights.
             "scale": self.pitch_um / CD.pitch_um,
             "depth": self.depth_um / CD.depth_um,
-            "coherence_length": WINDOW_TRACKS * self.pitch_um,
+            "coherence_length": COHERENCE_TRACKS * self.pitch_um,
             "tolerance": TOLERANCE,
             "material": "Al",
             "cover_eta": POLYCARBONATE,

@@ -28,7 +28,7 @@ COUNT = 300
 ROUNDING = 1e-5
 # Parameters with which tables are built in a second or two.
 PLAIN = {"conserve_energy": False, "tolerance": 0.01}
-# The surface whose coherence length changes.
+# The surface whose coherence length, in µm, changes.
 CHANGED = {"preset": "blazed", "coherence_length": 6.0, **PLAIN}
 # Another relief than that of CHANGED.
 OTHER = {"preset": "sinusoidal", "coherence_length": 10.0, **PLAIN}
@@ -155,8 +155,8 @@ def frozen(variant: str) -> dict:
 def two_scenes(variant: str) -> dict:
     """Compares renders of two scenes while both are alive with renders while one of them is.
 
-    `differing` is the fraction of pixels that differ, at most STRAY. `between the scenes` is the fraction by which the
-    two scenes differ, which must be larger than STRAY.
+    `differing` is the fraction of pixels that differ, at most STRAY (scenes.py). `between the scenes` is the fraction
+    by which the two scenes differ, which must be larger than STRAY.
     """
     use(variant)
     first = ball({"type": "diffraction", **EIGHT[0]})

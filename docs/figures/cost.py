@@ -34,7 +34,7 @@ def measure(repetitions: int, view: View, spp: int, max_depth: int) -> dict:
     """Seconds of each BSDF: creation, first render, and `repetitions` later renders in turn with the other BSDFs.
 
     The caller has selected a variant of VARIANTS. Returns {name: {tables_s, first_render_s, renders_s}}; `renders_s` is
-    a list. Creation builds all tables, since the cache is off. Compilation of kernels is part of the first render only.
+    a list. Creation builds all tables, since the cache is off. Only `first_render_s` includes compilation of kernels.
     """
     files = snake_files()
     scenes, result = {}, {}

@@ -101,7 +101,7 @@ def one_surface(bsdf: mi.BSDF, random: np.random.Generator, count: int) -> dict:
     """Evaluates `count` pairs of directions, each at CARRIED wavelengths, on one surface.
 
     About half of the outgoing directions are sampled from the surface, the others are random. Returns the numbers of
-    samples with a positive density, of values that are not finite, of negative values, and of densities that are 0.
+    samples with a density other than 0, of values not finite, of negative values, and of densities that are 0.
     `reciprocity` is the largest relative difference of the reflectance when the directions are exchanged.
     """
     ctx = mi.BSDFContext()

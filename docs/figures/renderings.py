@@ -115,8 +115,8 @@ def by_renderer(shot: Shot) -> dict[str, Shot]:
 def gratings(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
     """Figure 2.14: the snake with each surface, and its mean chroma.
 
-    `rankings` orders the surfaces by chroma with FLSS, once with the scans and once with the presets. `as_ranked`
-    states for both whether the order is Single 2014's.
+    `rankings` orders the surfaces by falling chroma with FLSS, once with the scans and once with the presets.
+    `as_ranked` states for both whether the order is Single 2014's.
     """
     panels = {"blazed": "(a)", "elaphe": "(b)", "xenopeltis": "(c)"}
 

@@ -124,10 +124,7 @@ def lab(linear: np.ndarray) -> np.ndarray:
 
 
 def lab_of_xyz(xyz: np.ndarray) -> np.ndarray:
-    """CIE 1976 L*a*b* of XYZ (..., 3) under D65, by CIE 15:2004, 8.2.1.
-
-    Negative XYZ, which noise alone causes, counts as zero.
-    """
+    """CIE 1976 L*a*b* of XYZ (..., 3) under D65, by CIE 15:2004, 8.2.1. Negative XYZ counts as zero."""
     relative = np.maximum(xyz / WHITE, 0)
     # Below this value the cube root is replaced by its tangent, as in the standard.
     low = (6 / 29) ** 3

@@ -145,9 +145,9 @@ def one_dimension() -> float:
 
 
 def reciprocity() -> float:
-    """The difference of an order's power when light returns along it, for the strongest order but the mirror's.
+    """The difference of an order's power when light returns along it, for the strongest order except (0, 0).
 
-    Reciprocity makes both powers equal: the returning light has the order of the same numbers along the first light.
+    Reciprocity makes both powers equal: the order (jx, jy) of the returning light leaves towards the first light.
     """
     # A direction without symmetry: 40° from the normal, at an azimuth of 35°.
     relief, light = synthetic(), Light(550.0, 40.0, 35.0)

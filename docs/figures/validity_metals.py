@@ -3,7 +3,7 @@
 Theories (tests/judges/gratings/theories.py): SCALAR, the phase screen times Fresnel's reflectance; FRESNEL, a perfect
 conductor by Maxwell's equations times Fresnel's reflectance; EXACT, Maxwell's equations with the metal's index.
 Independent solvers, the *judges* (tests/judges/gratings), give the true powers of the orders for random settings. A
-*setting* is a grating in a medium, and a light. *Misplaced* power is the fraction of the power that a theory puts into
+*setting* is a grating in a medium, and a light. *Misplaced* power is the fraction of the light that a theory puts into
 wrong orders: half the sum of the absolute differences of all orders' powers. Media are named as Mitsuba's `material`;
 "none" is a perfect conductor. A *table* holds efficiencies of a grating's orders over wavelength and direction of the
 light, which the plugin interpolates.
@@ -77,7 +77,7 @@ FAMILIES = {
     "sawtooth": lambda period: sawtooth(period, sweeps.SWEPT_FACET_DEG),
     "lamellar": lambda period: Grating("lamellar", period, sweeps.SWEPT_HEIGHT_UM),
 }
-# The metals, without the perfect conductor.
+# METALS without the perfect conductor.
 REAL_METALS = tuple(metal for metal in METALS if metal != "none")
 # Colours of the metals in the plot.
 COLOURS = {"Al": "tab:blue", "Ag": "tab:green", "Au": "tab:orange"}

@@ -17,7 +17,7 @@ from tests.judges.gratings.profile import Polygon, Sinusoid, blazed, echelette, 
 WAVELENGTHS_NM = (450.0, 650.0)
 # Angles of incidence of the checks.
 ANGLES_DEG = (0.0, -60.0, 75.0)
-# Profiles of the checks of resolution and reciprocity.
+# Profiles of the checks of resolution and reciprocity, by period and height.
 PROFILES = (Sinusoid(2.5, 0.25), Sinusoid(2.5, 0.8), blazed(2.5, 0.25), blazed(2.5, 0.7), lamellar(2.5, 0.25))
 # Period and height in µm of lamellar gratings.
 LAMELLAR_UM = ((1.25, 0.3), (2.5, 0.125), (2.5, 0.25), (5.0, 0.125))

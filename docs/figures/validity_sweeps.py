@@ -1,9 +1,9 @@
 """Gratings and lights of the documentation's part `validity`, and errors of scalar models on them.
 
-Gratings are in a perfect conductor, with lengths in µm. A *model* is a choice of obliquity factor, with or without
-energy conservation (tests/judges/gratings/scalar.py). *Misplaced* power is the fraction of the light that a model puts
-into wrong orders: half the sum of the absolute differences of all orders' efficiencies. The plane of incidence is
-across the grooves; at a negative angle light comes from the side of −x.
+Gratings are in a perfect conductor, with lengths in µm; a height is from valley to peak. A *model* is a choice of
+obliquity factor, with or without energy conservation (tests/judges/gratings/scalar.py). *Misplaced* power is the
+fraction of the light that a model puts into wrong orders: half the sum of the absolute differences of all orders'
+efficiencies. The plane of incidence is across the grooves; at a negative angle light comes from the side of −x.
 """
 
 from __future__ import annotations

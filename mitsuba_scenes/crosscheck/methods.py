@@ -56,12 +56,12 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
     TABLE_KEPT. The entry of a picture is the report of `realtime.compare` against the reference, with further keys:
 
     - SAME_RAYS: the report against the ensemble along the same rays;
-    - ENERGY_KEPT, for the two colour tables: the report against that ensemble with energy conservation;
+    - ENERGY_KEPT, for "table" and TABLE_KEPT: the report against that ensemble with energy conservation;
     - `gpu_ms` and `build_s`, for realtime pictures: milliseconds on the GPU, and seconds to build the tables.
     """
 
     def exr(name: str) -> Path:
-        """File of a picture in the folder."""
+        """File of the picture `name` in the folder."""
         return folder / f"methods-{case.name}-{name.replace(', ', '-').replace(' ', '-')}.exr"
 
     reports = {}

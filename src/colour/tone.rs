@@ -17,8 +17,8 @@ const SHOULDER: f64 = 0.6;
 /// Maps linear sRGB, multiplied by `2^stops`, to [0, 1] for [`super::srgb_encode`].
 ///
 /// Colours whose largest channel is at most `KNEE` are kept. All channels of brighter ones are multiplied by one
-/// factor, which keeps their hue. Negative channels and NaN become 0. Only a colour with an infinite channel is not
-/// compressed, and exceeds 1.
+/// factor, which keeps their hue. Negative channels and NaN become 0. Only a colour with an infinite channel, for which
+/// the curve is not defined, is kept and exceeds 1.
 ///
 /// ```
 /// use sunbeam::colour::tone_map;

@@ -5,7 +5,7 @@
 //! strings that could contain `//`. The sources must not have block comments.
 
 /// Includes a WGSL file, by its path relative to the calling file, as a `&'static str` without its comments. Line ends
-/// are kept, so the line numbers in messages of compilers are those of the file.
+/// are kept, so that line numbers in compilers' messages count the file's lines. A program joins several files.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! wgsl {
@@ -58,7 +58,7 @@ pub const fn utf8(code: &[u8]) -> &str {
     }
 }
 
-/// Index of the end of the line if a comment begins at `at`, otherwise `at`.
+/// Index of the end of the line or of the source if a comment begins at `at`, otherwise `at`.
 const fn after_comment(bytes: &[u8], mut at: usize) -> usize {
     if bytes[at] == b'/' && at + 1 < bytes.len() && bytes[at + 1] == b'/' {
         while at < bytes.len() && bytes[at] != b'\n' {

@@ -72,6 +72,7 @@ impl<N: Numbers> TableView<N> {
     ) -> N::Real {
         let layout = &self.layout;
         let lit = N::Real::lit;
+        // In nodes from the node of frequency 0; nodes are 1/period apart.
         let position: [N::Double; 2] = std::array::from_fn(|axis| f[axis] * N::Double::lit(layout.period_um[axis]));
         let first: [FirstTap<N>; 2] = std::array::from_fn(|axis| self.first_tap(position[axis], axis));
         let curve = Curve::<N>::new(layout, kappa);

@@ -14,7 +14,7 @@ const STEPS: u64 = 1000;
 /// Label of the bar while tables are built.
 pub(crate) const BUILDING: &str = "building tables";
 
-/// A bar on stderr that appears after [`DELAY`].
+/// A bar on stderr that appears with the first report after [`DELAY`].
 struct DelayedBar {
     /// The name of the work, a word or two.
     label: &'static str,

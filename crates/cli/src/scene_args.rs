@@ -86,11 +86,10 @@ impl FromStr for Point {
 }
 
 impl SceneArgs {
-    /// The view, with `supersample` rays along each side of a pixel. Drawing checks the remaining ranges
-    /// ([`View::check`]).
+    /// The view, with `supersample`² rays per pixel. Drawing checks the remaining ranges ([`View::check`]).
     ///
     /// # Errors
-    /// `--share` without `--blend mix`, or a sun that is not above the ground.
+    /// `--share` without `--blend mix`, the sun's angles out of range, or a direction to the sun of zero length.
     pub fn view(&self, supersample: u32) -> Result<View, Box<dyn std::error::Error>> {
         let camera = Camera::default();
         let blend = match (self.blend, self.share) {

@@ -1,4 +1,5 @@
-//! No code: the dependencies in Cargo.toml give all builds of the workspace the same features.
+//! No code: the dependencies in Cargo.toml give third-party packages the same features in every build.
 //!
-//! Cargo compiles a package with the features that the crates of one build ask for. Without this crate, a build of
-//! another crate of the workspace would compile shared packages again.
+//! Cargo compiles a package with the features that the members selected for a build request together. Without this
+//! crate, building one member after another would compile shared packages again. `scripts/check_workspace.py` finds
+//! features that Cargo.toml lacks.

@@ -12,7 +12,8 @@ import { answer } from "./answering.js";
 
 /**
  * Time in ms from the last change of the view to the start of a finer picture. A longer one delays the finest picture.
- * A shorter one starts it during short rests of a drag, which then waits: the device finishes what was submitted.
+ * A shorter one starts it during short rests of a drag; the drag then waits until the device finishes what was
+ * submitted.
  */
 const REST_MS = 100;
 /** Rays along each side of a pixel of the finest picture. More rays smooth edges and take longer. */
@@ -88,21 +89,21 @@ async function step(handledChanges) {
 async function drawAll() {
   if (drawing || !artist) return;
   drawing = true;
-  try {
-    // `changeCount` is at least 1 here. If `restart` increases it during the drawing, the drawing is repeated.
-    for (let handledChanges = 0; artist && handledChanges !== changeCount; ) {
-      handledChanges = changeCount;
+  // `changeCount` is at least 1 here. If `restart` increases it during the drawing, the drawing is repeated, also after
+  // a failure.
+  for (let handledChanges = 0; artist && handledChanges !== changeCount; ) {
+    handledChanges = changeCount;
+    try {
       while (await step(handledChanges)) {
         postMessage({ type: "drawn", ...shown });
         if (!shown.finest) await rest();
       }
+    } catch (error) {
+      // A loss of the device is reported by the callback of `on_lost`.
+      if (error.kind !== "lost") postMessage({ type: "failed", message: error.message ?? String(error) });
     }
-  } catch (error) {
-    // A loss of the device is reported by the callback of `on_lost`.
-    if (error.kind !== "lost") postMessage({ type: "failed", message: error.message ?? String(error) });
-  } finally {
-    drawing = false;
   }
+  drawing = false;
 }
 
 /** Passes the view to the artist and starts drawing, after a change of view, scene, method or device. */

@@ -8,7 +8,7 @@ import { svg } from "./svg.js";
 
 /** One degree in radians. */
 const DEGREE = Math.PI / 180;
-/** Largest radius that arrow keys reach, just inside the horizon at 1. */
+/** Radius, just inside the horizon at 1, from which on a step of the arrow keys is ignored. */
 const KEY_RADIUS_MAX = 0.995;
 /** Steps of the arrow keys without and with the shift key, as fractions of the disc's radius. */
 const [KEY_STEP, KEY_STEP_LARGE] = [0.02, 0.1];

@@ -14,8 +14,8 @@ export function hideRelief() {
 }
 
 /**
- * Shows a relief as `Engine.relief` returns it: facts, and a picture in RGBA bytes. bar_um is the length of the scale
- * bar, um_per_pixel the size of a pixel of the picture.
+ * Shows a relief as `Engine.relief` returns it: facts (`Facts` of crates/web/src/relief.rs), and a picture in RGBA
+ * bytes. bar_um is the length of the scale bar, um_per_pixel the size of a pixel of the picture. Slopes are tangents.
  */
 export function showRelief({ facts, width, height, bar_um, um_per_pixel, rgba }) {
   byId("relief-shown").hidden = false;
@@ -28,24 +28,25 @@ export function showRelief({ facts, width, height, bar_um, um_per_pixel, rgba })
   byId("bar").style.width = `${(100 * bar_um) / (um_per_pixel * width)}%`;
   byId("bar-length").textContent = lengthText(bar_um);
   byId("relief-range").textContent = `0 to ${lengthText(facts.peak_to_valley_um)}`;
-  const rows = [["Pixels", facts.pixels.join(" × ")], ["Size", facts.extent_um.map(lengthText).join(" × ")]];
+  const entries = [["Pixels", facts.pixels.join(" × ")], ["Size", facts.extent_um.map(lengthText).join(" × ")]];
   for (const axis of ["x", "y"]) {
     const period = facts.periods?.[axis];
     // There is no period along an axis on which the heights do not depend.
-    if (period?.period_um) rows.push([`Period along ${axis}`, lengthText(period.period_um)]);
+    if (period?.period_um) entries.push([`Period along ${axis}`, lengthText(period.period_um)]);
   }
-  rows.push(["Roughness Sq", lengthText(facts.roughness.sq_um)], ["Roughness Sa", lengthText(facts.roughness.sa_um)]);
-  rows.push(["Slopes x, y (rms)", facts.rms_slope.map((slope) => Number(slope.toPrecision(2))).join(", ")]);
-  if (facts.channel) rows.push(["Channel", facts.channel]);
-  if (facts.filled_points) rows.push(["Filled points", facts.filled_points]);
-  // Properties of the file that the reader interprets, each with its value and its source (provenance.rs).
+  entries.push(["Roughness Sq", lengthText(facts.roughness.sq_um)]);
+  entries.push(["Roughness Sa", lengthText(facts.roughness.sa_um)]);
+  entries.push(["Slopes x, y (rms)", facts.rms_slope.map((slope) => Number(slope.toPrecision(2))).join(", ")]);
+  if (facts.channel) entries.push(["Channel", facts.channel]);
+  if (facts.filled_points) entries.push(["Filled points", facts.filled_points]);
+  // Properties that the file reader had to interpret, each with its value and its source (provenance.rs).
   const interpreted = { pixel_size: "Pixel size", height_unit: "Heights", rows: "Rows" };
   for (const [key, name] of Object.entries(interpreted)) {
     const found = facts.provenance?.[key];
-    if (found) rows.push([name, `${found.value} (${found.source})`]);
+    if (found) entries.push([name, `${found.value} (${found.source})`]);
   }
-  for (const doubt of facts.doubts) rows.push(["Doubt", doubt]);
-  byId("relief-facts").replaceChildren(...rows.map(factElement));
+  for (const doubt of facts.doubts) entries.push(["Doubt", doubt]);
+  byId("relief-facts").replaceChildren(...entries.map(factElement));
 }
 
 /** Element of the list of facts with this name and value. */

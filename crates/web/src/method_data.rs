@@ -85,7 +85,7 @@ impl MethodData {
         }
     }
 
-    /// Kind of the shader's results: the relief's part of the reflectance or all of it ([`Method::answers`]).
+    /// Meaning of the shader's results, such as the relief's factor of the reflectance ([`Method::answers`]).
     pub fn answers(&self) -> AnswerKind {
         self.header.answers
     }

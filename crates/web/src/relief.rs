@@ -49,7 +49,7 @@ pub struct Facts {
     pub peak_to_valley_um: f64,
     /// Root mean square of the heights about their mean, in µm.
     pub rms_um: f64,
-    /// Root mean square of the slopes along x and y.
+    /// Root mean square of the slopes (tangents) along x and y.
     pub rms_slope: [f64; 2],
     /// Roughness parameters.
     pub roughness: Roughness,
@@ -107,7 +107,7 @@ impl Relief {
         &self.field
     }
 
-    /// The heights as methods are built from them: magnified by the index of the cover or of the film.
+    /// The heights as methods are built from them: magnified by the refractive index of the cover or film.
     fn inside(&self, settings: &Settings) -> HeightField {
         settings.surface.inside(self.field.clone())
     }
@@ -145,8 +145,8 @@ impl Relief {
             return Ok(());
         }
         let model = settings.model();
-        // A table of albedos is built only with energy conservation. `energy` is its time, relative to that for one
-        // size of the relief (`scale` and `depth`). A page has only one.
+        // A table of albedos is built only with energy conservation. `energy` is the factor on its time: 1 for a relief
+        // of fixed size, since a page has no textures of `scale` and `depth`.
         let purpose = if model.conserve_energy { Purpose::Surface { energy: 1.0 } } else { Purpose::Table };
         let tables = BuildDemand { purpose, ..model.demand(&self.inside(settings)) };
         // The setting `build_limit` of the surface comes first, then the page's limit.

@@ -200,5 +200,5 @@ def _stepped(where: str, step: object, span: Span) -> tuple[Value, ...]:
 
 
 def _rounded(value: float) -> float:
-    """The value rounded to twelve digits, so that the third step of 0.1 is 0.3, not 0.30000000000000004."""
+    """The value rounded to twelve significant digits, so that the third step of 0.1 is 0.3, not 0.30000000000000004."""
     return float(f"{value:.12g}")

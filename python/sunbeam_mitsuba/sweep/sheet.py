@@ -14,7 +14,7 @@ from .spec import Spec
 from .store import SHEET, write_whole
 
 # Largest number of rows on the sheet, about 20 MB with two pictures in each row. Larger pages open slowly. The table
-# has all rows.
+# of results (report.py) has all rows.
 _ROWS_MAX = 2000
 # Kinds of columns with a single value in a row, unlike those with a table in a cell.
 _SINGLE_VALUE_KINDS = ("number", "whole", "text", "truth")
@@ -23,7 +23,7 @@ _LEFT_OUT = ("identity", "version", "input_sha256", "status")
 
 
 def write_sheet(spec: Spec, rows: Iterable[Row], facts: dict[str, Any]) -> None:
-    """Writes ``index.html`` from the table's rows.
+    """Writes ``index.html`` from the rows of the table of results.
 
     The page states ``cases``, ``failed`` and ``version`` of the ``facts``. Raises ``StoreError`` where a record is
     missing or the page cannot be written.
@@ -60,7 +60,7 @@ def write_sheet(spec: Spec, rows: Iterable[Row], facts: dict[str, Any]) -> None:
 
 def _full_picture(row: Row, name: str) -> str | None:
     """Path of the full picture of the thumbnail ``name``, relative to the sweep's folder; ``None`` without one."""
-    # The thumbnail "strip" belongs to the want `colour`, and others to the want of their name.
+    # The thumbnail "strip" belongs to the want `colour`, and others to the want of their name, whose picture is a PNG.
     found = row.cells.get("colour_strip" if name == "strip" else f"{name}_png")
     return str(found) if found else None
 

@@ -71,7 +71,7 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def picture_name(identity: str, ending: str) -> str:
-    """Path of a picture relative to the sweep's folder. ``ending``, such as ``map.exr``, names one of a case."""
+    """Path of a picture relative to the sweep's folder. ``ending``: such as ``map.exr``, unique in its case."""
     return f"pictures/{identity[:2]}/{identity}-{ending}"
 
 

@@ -234,7 +234,7 @@ class _Error(NamedTuple):
 
 
 def _joined_errors(errors: list[_Error]) -> str:
-    """Joins errors in one line; empty without errors. Several equal messages are given once, without names.
+    """Joins errors in one line; empty without errors. If all messages are equal, one is given, without names.
 
     An error of the input file is the only one, since no want is computed after it.
     """
@@ -265,8 +265,8 @@ def _one_line(message: str, case: Case, parameters: Mapping[str, Value]) -> str:
 def probe(job: Job, token: str) -> str:
     """Checks a worker before a sweep begins. Returns one line if it cannot take part, and else an empty text.
 
-    ``token`` is the content of the file ``.token`` in the driver's output folder. A worker that reads another text sees
-    another folder.
+    ``token`` is what the process that runs the sweep wrote to ``.token`` in its output folder. A worker that reads
+    another text sees another folder.
     """
     here = socket.gethostname()
     if version() != job.version:
@@ -277,7 +277,7 @@ def probe(job: Job, token: str) -> str:
     except OSError:
         return f"a worker on {here} does not see {job.output}; it must be on a disk that all share"
     try:
-        # Whether the worker can write.
+        # Finds whether the worker can write.
         trial = job.output / f".probe-{here}-{os.getpid()}"
         write_whole(trial, b"")
         trial.unlink()

@@ -13,7 +13,7 @@ from .render import Render
 from .statistics import Statistics
 from .want import Answer, Column, Question, Want, WantError
 
-#: Kinds by their name in ``[want.NAME]``, in the order of the table's columns.
+#: Kinds by their name in ``[want.NAME]``, in the order of their columns in the table of results.
 WANTS: dict[str, type[Want]] = {kind.name: kind for kind in (Statistics, Peaks, Orders, Colour, BrdfMap, Render)}
 
 __all__ = ["WANTS", "Answer", "Column", "Question", "Want", "WantError"]

@@ -1,8 +1,8 @@
 //! Time per colour on one core.
 //!
-//! A colour is one evaluation of `f_r` in linear sRGB for one pair of directions (wi, wo). A candidate is a method with
-//! one set of parameters (candidate.rs). In each repetition every candidate is timed once. The first candidate, `flss`
-//! with the library's defaults, is the baseline of the ratios.
+//! A colour is one evaluation of `f_r` without its Fresnel factor, in linear sRGB, for one pair of directions (wi, wo).
+//! A candidate is a method with one set of parameters (candidate.rs). In each repetition every candidate is timed once.
+//! The first candidate, `flss` with the library's defaults, is the baseline of the ratios.
 
 use super::Effort;
 use super::candidate::Candidate;
@@ -17,7 +17,7 @@ const PAIRS_MIN: usize = 64;
 /// Smallest duration of a timing as a fraction of [`Effort::repetition_ms`]; a shorter pass is repeated. In a full run
 /// the duration is long compared with the resolution of the clock.
 const TIMED_FRACTION: f64 = 0.2;
-/// Shortest CPU time in seconds, by which estimates divide: a coarse clock may not advance during a short run.
+/// Lower limit of measured times in seconds, which are divisors: a coarse clock may not advance during a short run.
 const TIME_MIN_S: f64 = 1e-9;
 
 /// Statistics of the time per colour over the repetitions of a run.

@@ -172,8 +172,8 @@ fn unquoted_table(lines: &[Line]) -> Result<Table, String> {
     Ok(by_blanks)
 }
 
-/// The line without quotes. Commas inside quotes are decimal marks and stay; commas outside separate cells and become
-/// semicolons.
+/// The line without quotes. Commas outside quotes separate cells and become semicolons. Beside them, commas inside
+/// quotes, which stay, are evidently decimal marks ([`Commas::other`]).
 fn without_quotes(text: &str) -> String {
     let mut quoted = false;
     let mut result = String::with_capacity(text.len());

@@ -268,7 +268,7 @@ impl Header {
         }
         // SPIP omits the unit of lengths.
         let is_length = found.lengths_um().is_some() || (program == Program::Spip && key.contains("length"));
-        // A key without an axis has one number for both axes, or two numbers.
+        // A key without an axis has two numbers, or one, which is kept without an axis.
         if is_length {
             match (along.axis(), lengths(program, found)?.as_slice()) {
                 (None, [edge]) => self.edge_um = Some(*edge),
@@ -311,7 +311,7 @@ impl Header {
     /// Interprets a line without a key: a unit of the heights in words, or prose.
     ///
     /// # Errors
-    /// A line with a length, or with a unit of another quantity than height.
+    /// A line with a length, or with a unit of length for another quantity than the heights.
     fn take_words(&mut self, line: usize, text: &str) -> Result<(), String> {
         let Some(unit) = named_unit(text) else {
             return if mentions_length(text) { Err(not_understood(line, text)) } else { Ok(()) };
