@@ -49,7 +49,8 @@ def estimated_peak_bytes(parameters: Mapping[str, Value]) -> float:
     the peak is unknown, and only the library's build limit refuses large tables. Raises :class:`CommandError` where the
     surface is refused, and ``SweepError`` where ``SUNBEAM_COMMAND`` cannot be run.
     """
-    # The command estimates only the spectral table of the scalar theory.
+    # The command estimates only the spectral table of the scalar theory, and `describe` that of a reflector: too little
+    # for bodies that transmit.
     if parameters.get("theory") == "rigorous" or find_command() is None:
         return 0.0
     if parameters.get("preset") in _SMALL_PRESETS and _coherence_um(parameters) <= _SMALL_COHERENCE_UM:
@@ -98,6 +99,7 @@ class HeldSurfaces:
     def get(self, parameters: Mapping[str, Value]) -> Reflector:
         """Returns the surface with these parameters, and builds it if it is not held.
 
+        An instrument's file is converted already (:func:`converted`).
         Raises :class:`TooLarge` where its build does not fit, and errors of :func:`estimated_peak_bytes` and
         ``make_reflector``.
         """
