@@ -67,8 +67,8 @@ struct Pending {
     shot: Option<Shot>,
     /// Whether the thread is to end.
     quit: bool,
-    /// The smallest change that ends the step under way. Between steps it is the default, and a flag `stop` set then has
-    /// no effect, since the thread clears it when it reads the orders.
+    /// The smallest change that ends the step under way. Between steps it is the default; a flag `stop` set then has no
+    /// effect, since the thread clears it when it reads the orders.
     interruptible_by: Change,
 }
 

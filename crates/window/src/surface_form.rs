@@ -86,8 +86,8 @@ impl SurfaceForm {
         }
     }
 
-    /// The file that the form shows. A file that the surface has already keeps its parameters without a control, such as
-    /// the channel.
+    /// The file that the form shows. If the surface has this file already, parameters without a control are kept, such
+    /// as the channel.
     fn file_source(&self, surface: &SurfaceConfig) -> ReliefSource {
         let filename = Some(PathBuf::from(self.path.trim()));
         let others = if surface.filename == filename { surface.relief_source() } else { ReliefSource::default() };
