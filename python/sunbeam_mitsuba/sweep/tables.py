@@ -39,7 +39,7 @@ _ESTIMATED_BEFORE = 32
 
 
 class TooLarge(ValueError):
-    """A build does not fit into the worker's memory; the message is one line with the estimate."""
+    """The worker's memory is too small for a build; the message is one line with the numbers."""
 
 
 def estimated_peak_bytes(parameters: Mapping[str, Value]) -> float:
@@ -130,11 +130,16 @@ class HeldSurfaces:
         alone does not fit.
         """
         peak_bytes, available_bytes = estimated_peak_bytes(parameters), self._for_tables_bytes()
+        if available_bytes < 0:
+            raise TooLarge(
+                f"the worker has {self.memory_bytes / 1e9:.3g} GB, less than the {WORKER_BYTES / 1e9:.3g} GB that it "
+                "needs without tables: fewer workers or more memory would do"
+            )
         if peak_bytes > available_bytes:
             raise TooLarge(
                 f"building the tables would take about {peak_bytes / 1e9:.1f} GB, and the worker has "
-                f"{max(available_bytes, 0) / 1e9:.1f} GB for them: fewer workers, a shorter coherence_length or a "
-                "larger tolerance would do"
+                f"{available_bytes / 1e9:.1f} GB for them: fewer workers, a shorter coherence_length or a larger "
+                "tolerance would do"
             )
         self._drop_until(available_bytes - peak_bytes)
         return peak_bytes / _PEAK_OVER_TABLE
