@@ -103,8 +103,8 @@ def maps() -> dict[str, str]:
             if name.startswith(surfaces)
         )
 
-    # The row of the smallest width σs. `window`: response between two orders over the weaker one's, where σs is the
-    # coherence length.
+    # The row of the smallest width σs of the coherence window, at which orders overlap. `window` is the response
+    # between two orders over the weaker one's, with σs as the coherence length.
     overlapping = data_of_maps["valleys"][0]
     # Percentages of the chroma by skin, one for each angle of incidence.
     right = {

@@ -30,8 +30,7 @@ impl Waves {
         let grating_wave_number = TAU / period;
         let alpha = orders.iter().map(|&m| grating_wave_number * turns(m)).collect();
         // βm = (2π/d)·√(t² − (b + m)²), with the difference as a product, which keeps its digits near a cut-off.
-        let beta = |m: i32| grating_wave_number * ((t - turns(m)) * (t + turns(m))).sqrt();
-        let beta = orders.iter().map(|&m| beta(m)).collect();
+        let beta = orders.iter().map(|&m| grating_wave_number * ((t - turns(m)) * (t + turns(m))).sqrt()).collect();
         Self { orders, alpha, beta }
     }
 }

@@ -2,7 +2,7 @@
 //! WebAssembly that it loads.
 //!
 //! `INPUT.wasm` is `crates/web` compiled for `wasm32-unknown-unknown`. This program replaces the command
-//! `wasm-bindgen`, which would have to be installed in exactly the library's version; here Cargo.lock decides both.
+//! `wasm-bindgen`, which would have to be installed in exactly the library's version. Cargo.toml pins that version.
 
 use std::error::Error;
 use std::process::ExitCode;
