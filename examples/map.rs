@@ -31,8 +31,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 // Methods compute in single precision, as on a GPU.
                 let single = |v: [f64; 3]| v.map(|component| component as f32);
                 let relief = method.answer_rgb(single(wi), single(wo));
-                // The table has the relief alone. The obliquity and shadowing factor of the directions multiplies it.
-                // The Fresnel factor is left out, as of a perfect conductor.
+                // The answer is the relief's factor, divided by the albedo to conserve energy. The factors of obliquity
+                // and shadowing multiply it. A perfect conductor has no Fresnel factor.
                 // `Pair::new` gives None, here no light, unless both directions are above the surface.
                 let factor = Pair::new(wi, wo).map_or(0.0, |pair| options.angular_factor(&pair));
                 relief.map(|channel| factor * f64::from(channel))

@@ -108,5 +108,6 @@ if [ "$(uname)" = Linux ]; then
     command -v xdotool >/dev/null || want "a tool for input to X windows" xdotool
 fi
 
+# The Makefile runs this script again when requirements.lock or the script is newer than this file.
 touch .venv/.ready
 say "ready"

@@ -26,7 +26,7 @@ def described(plan: Plan) -> dict:
     """
     found = json.loads(sunbeam("adapter", "--adapter", plan.adapter))
     return {
-        # A run with a card must not measure the software adapter.
+        # A run with a card must not measure the software adapter; a dry run uses no other.
         "passed": found["software"] == plan.dry and bool(found["lost_device"]),
         **{name: found[name] for name in ("adapter", "backend", "driver", "software", "clock", "lost_device")},
         "shader_ms": {shader["name"]: shader["ms"] for shader in found["shaders"]},

@@ -49,7 +49,7 @@ def rendered(variant: str) -> dict:
         parameters["ball.bsdf.coherence_length"] = length_um
         parameters.update()
         pictures.append(np.array(frozen(scene, mi.UInt32(0)), dtype=float)[..., :3])
-        # With the same seed, 0.
+        # `picture` renders without freezing, with the same seed.
         fractions.append(differing(pictures[-1], picture(scene)))
     # The pictures of two lengths must differ by more than the tolerance; otherwise the check would prove nothing.
     apart = differing(pictures[1], pictures[0])

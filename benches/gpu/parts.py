@@ -1,4 +1,4 @@
-"""The parts of a run: name, module, expected time and time limit."""
+"""The parts of a run of `python -m benches.gpu`: name, module, expected time and time limit."""
 
 from __future__ import annotations
 

@@ -28,8 +28,8 @@ def reference(plan: Plan, kind: str) -> str:
 
     - A card's variants are compared with LLVM, which runs the same traced code.
     - Without LLVM, and in the dry run, which checks LLVM, the reference is scalar: the Rust core, called ray by ray.
-    - Mitsuba's package has no variant `scalar_mono`. Where the reference would be scalar, it is for a mono variant the
-      RGB variant of its own backend, of whose answers the caller takes the luminance.
+    - Mitsuba's package has no variant `scalar_mono`. In its place stands the RGB variant of the checked backend; the
+      caller takes the luminance of its answers.
     """
     if not plan.dry and has_llvm():
         return f"llvm_ad_{kind}"

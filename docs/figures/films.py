@@ -206,7 +206,7 @@ def figures() -> dict:
     """Renders the pictures; returns expected and measured positions of lines, and radiances in the furnace.
 
     `off_cm` is the largest distance between both positions, of mercury's lines and, under `drawn`, of DRAWN. Raises
-    SetupError if a line is off by a pixel or more, or a film in the furnace is brighter than the furnace.
+    SetupError if a line of mercury is off by a pixel or more, or a sheet or shell is not darker than the furnace.
     """
     use_variant(fall_back=False)
     for name, (make, view, spp) in PICTURES.items():

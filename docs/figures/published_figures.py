@@ -87,6 +87,7 @@ def maps() -> dict[str, str]:
     """Figures 2.3 to 2.13: BRDF maps."""
     data_of_maps = data("brdf-maps")
     sheets, spot, spread = data_of_maps["sheets"], data_of_maps["white_spot"], data_of_maps["spread"]
+    # Smallest step between the integrated wavelengths at which ΔE reaches 1, by surface.
     first_seen = {name: f"{step['first_seen']} nm" for name, step in data_of_maps["steps"].items()}
     elaphe = " and ".join(f"{first_seen[skin['key']]} ({skin['name']})" for skin in data_of_maps["skins"]["elaphe"])
 
@@ -102,7 +103,8 @@ def maps() -> dict[str, str]:
             if name.startswith(surfaces)
         )
 
-    # The row of the smallest width σs of the coherence window, at which orders overlap.
+    # The row of the smallest width σs of the coherence window, at which orders overlap. `window` is the response
+    # between two orders over the weaker one's, with σs as the coherence length.
     overlapping = data_of_maps["valleys"][0]
     # Percentages of the chroma by skin, one for each angle of incidence.
     right = {

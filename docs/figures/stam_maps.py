@@ -2,8 +2,8 @@
 
 The shader is called *GPU Gems' form*. In each order n, each colour channel has a peak, its *bump*. A bump is centred
 where d|u|/n is a fixed wavelength. d is the spacing of the grooves, and u the x component of wi + wo, the directions to
-light and viewer (docs/realtime.md#stam-and-the-shader-of-gpu-gems). The reference is FLSS, full lambda
-spectral sampling (docs/realtime.md). A map's pixels are direction sines in [−1, 1]².
+light and viewer (docs/realtime.md#stam-and-the-shader-of-gpu-gems). The reference is FLSS, full lambda spectral
+sampling (docs/realtime.md). A map's pixels are direction sines in [−1, 1]².
 """
 
 from __future__ import annotations

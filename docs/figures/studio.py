@@ -51,8 +51,9 @@ class Shot:
     """A picture: on the GPU by a realtime `method` with its `options`, or path-traced (`method` None).
 
     `skin` has parameters of the plugin. `options` has further ones of the realtime method alone, which a path-traced
-    picture ignores. The object is the snake, with or without its `pigment`, or the `disc`, whose shots must have
-    `pigment=False`. `mark` draws onto the picture of the sheet; comparisons use the picture without it.
+    picture ignores. The GPU takes only the sun's direction of `light`. The object is the snake, with or without its
+    `pigment`, or the `disc`, whose shots must have `pigment=False`. `mark` draws onto the picture of the sheet;
+    comparisons use the picture without it.
     """
 
     caption: str
@@ -139,7 +140,7 @@ class Studio:
         if key not in self._masks:
             npy = self.folder / f"mask-{len(self._masks)}.npy"
             # `--pairs` writes unit vectors to sun and camera at the pixels' centres, (rows, columns, 8). They do not
-            # depend on surface and method, so the fastest are used. The method needs a period, and a flat surface has
+            # depend on surface and method; these are the fastest. The method needs a period, and a flat surface has
             # none.
             words = ["--method", "stam", "--preset", "flat", "--period-um", 1, "--mesh", self._files(shot).mesh]
             sunbeam("render", "-o", npy.with_suffix(".exr"), "--pairs", npy, *words, *view_words(shot.view))

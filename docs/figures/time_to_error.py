@@ -65,8 +65,9 @@ def relative_error(image: np.ndarray, truth: np.ndarray, mask: np.ndarray) -> fl
 def noise(images: np.ndarray) -> dict:
     """Relative rms error of one of n > 1 independent pictures of a scene, (n, rows, columns, 3).
 
-    The reference is their mean. It contains each picture, so deviations from it are too small by √(1 − 1/n), which is
-    corrected. `error_std` is the standard error of `error`; `channel_errors` are the errors of red, green and blue.
+    The reference is their mean, at the pixels that are not black. It contains each picture, so deviations from it are
+    too small by √(1 − 1/n), which is corrected. `error_std` is the standard error of `error`; `channel_errors` are the
+    errors of red, green and blue.
     """
     n = len(images)
     truth = images.mean(axis=0)

@@ -33,10 +33,10 @@ pub(crate) struct Surface {
 #[derive(Clone)]
 pub(super) struct Recipe {
     pub(super) config: SurfaceConfig,
-    /// Index at construction; `None` for a perfect reflector.
+    /// Index at construction; `None` for a perfect reflector, and where the index is not known.
     pub(super) index: Option<SpectralIndex>,
-    /// Whether colours include the interface's factor of this index. They do if it is known at construction; spectral
-    /// tables never do.
+    /// Whether colours include the interface's factor of this index: true at first if the index is known. Spectral
+    /// tables never include it.
     pub(super) includes_interface: bool,
     /// Whether the variant carries Stokes vectors.
     pub(super) polarised: bool,

@@ -181,7 +181,7 @@ pub(crate) fn run(args: &HeightFieldArgs) -> Outcome {
     args.write_files(&field, term.as_ref())?;
     let tables = if args.tables { Some(args.build_tables(&config, &field)?) } else { None };
     let options = config.options();
-    // The relief of tables and series, magnified under a cover or of a body.
+    // The relief that is expanded and tabulated: magnified by the index under a cover or of a body that transmits.
     let inside = config.inside(field.clone());
     // κH, the largest phase of the screen: κ = 2π/λ·(cosθi + cosθo) is largest along the normal, and H is half of the
     // range of heights.

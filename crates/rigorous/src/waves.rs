@@ -14,27 +14,23 @@ const CUTOFF_DISTANCE: f64 = 1e-11;
 pub(crate) struct Waves {
     /// Indices m, ascending.
     pub(crate) orders: Vec<i32>,
-    /// αm, in rad/µm.
+    /// αm of each order, in rad/µm.
     pub(crate) alpha: Vec<f64>,
-    /// βm, in rad/µm; positive.
+    /// βm of each order, in rad/µm; positive.
     pub(crate) beta: Vec<f64>,
 }
 
 impl Waves {
     /// The orders with |b + m| < t, for a period in µm.
     pub(crate) fn propagating(period: f64, t: f64, b: f64) -> Self {
+        // αm in units of 2π/d, with the period d.
+        let turns = |m: i32| b + f64::from(m);
         let orders: Vec<i32> =
-            ((-t - b).ceil() as i32..=(t - b).floor() as i32).filter(|&m| (b + f64::from(m)).abs() < t).collect();
+            ((-t - b).ceil() as i32..=(t - b).floor() as i32).filter(|&m| turns(m).abs() < t).collect();
         let grating_wave_number = TAU / period;
-        let alpha = orders.iter().map(|&m| grating_wave_number * (b + f64::from(m))).collect();
+        let alpha = orders.iter().map(|&m| grating_wave_number * turns(m)).collect();
         // βm = (2π/d)·√(t² − (b + m)²), with the difference as a product, which keeps its digits near a cut-off.
-        let beta = orders
-            .iter()
-            .map(|&m| {
-                let a = b + f64::from(m);
-                grating_wave_number * ((t - a) * (t + a)).sqrt()
-            })
-            .collect();
+        let beta = orders.iter().map(|&m| grating_wave_number * ((t - turns(m)) * (t + turns(m))).sqrt()).collect();
         Self { orders, alpha, beta }
     }
 }

@@ -2,7 +2,7 @@
 // units and layouts of their arguments and results.
 //
 // Its calls block. To cancel one, the page ends the worker and starts another. The maker holds one relief and the
-// evaluators that were built from it. The page builds each of these before it calls a message that uses it.
+// evaluators that were built from it. The page builds each of these before it sends a message that uses it.
 
 import * as sunbeam from "./wasm/sunbeam_web.js";
 import { answer } from "./answering.js";

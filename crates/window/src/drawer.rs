@@ -67,8 +67,8 @@ struct Pending {
     shot: Option<Shot>,
     /// Whether the thread is to end.
     quit: bool,
-    /// The smallest change that ends the step under way; between steps the default. A flag `stop` that is set between
-    /// steps has no effect, since the thread clears it when it reads the orders.
+    /// The smallest change that ends the step under way. Between steps it is the default; a flag `stop` set then has no
+    /// effect, since the thread clears it when it reads the orders.
     interruptible_by: Change,
 }
 
@@ -227,7 +227,7 @@ impl Shared {
         true
     }
 
-    /// Hands the orders to the artist. If the scene fails, the method is dropped.
+    /// Hands the orders to the artist. If the scene fails, an order of a method is dropped.
     fn hand_over(&self, orders: Pending, artist: &mut Artist, reporter: &Reporter) -> Result<(), GpuError> {
         // Scene and method come last, because only they can fail.
         if let Some(job) = orders.job {

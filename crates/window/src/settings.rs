@@ -46,9 +46,9 @@ impl Settings {
         self.surface.transmission == Transmission::Film
     }
 
-    /// Makes the mesh a film of the refractive index, or a surface that only reflects. For a film, the index is clamped
-    /// to the accepted range without absorption. Cover, theory, obliquity and shadowing are reset, because a film
-    /// excludes other values.
+    /// Makes the mesh a film of the refractive index, or a surface that only reflects. A film's index is clamped to the
+    /// accepted range, and its absorption is dropped; a perfect conductor becomes keratin. Cover, theory, obliquity and
+    /// shadowing are reset, because a film excludes other values.
     pub(crate) fn set_film(&mut self, is_film: bool) {
         if is_film == self.is_film() {
             return;
@@ -72,9 +72,10 @@ impl Settings {
 
     /// The recipe of the method.
     pub(crate) fn recipe(&self) -> Recipe {
-        // A grating by Maxwell's equations contains its refractive index and conserves energy by itself, so the choice
-        // stays unset. Scalar tables conserve energy on request; their albedo depends on the optics. Other scalar
-        // methods leave out the optics, which are options of the shader, so that a change of them builds nothing.
+        // A grating by Maxwell's equations contains its refractive index and conserves energy by itself, so
+        // `conserve_energy` stays unset. Scalar tables of ensembles conserve energy on request; their albedo depends on
+        // the optics. Other scalar methods leave out the optics, which are options of the shader, so that a change of
+        // them builds nothing.
         let is_rigorous = self.surface.theory == Theory::Rigorous;
         let conserves = !is_rigorous
             && self.surface.conserve_energy == Some(true)
@@ -90,7 +91,7 @@ impl Settings {
             // Wavelengths in the film are λ/η, so its tables are those of the relief magnified η times.
             (surface.eta, surface.k) = (self.index.map(|index| index.eta), None);
         }
-        // Some methods support only one coherence patch that repeats.
+        // Some methods support only one coherence patch that repeats. The rigorous theory refuses them when built.
         if self.kind.is_patch_only() && !is_rigorous {
             (surface.model, surface.tiling) = (Model::Patch, Some(Tiling::Periodic));
         }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use sunbeam::config::{ReliefSource, Source, SurfaceConfig};
 use sunbeam::height_field::Preset;
 
-// Ranges of controls. They have the usual values; options of the command line accept more.
+// Ranges of controls: usual values. Options of the command line accept more.
 /// Range of the control for periods in µm.
 const PERIOD_UM: RangeInclusive<f64> = 0.2..=50.0;
 /// Range of the controls for heights in µm.
@@ -52,12 +52,11 @@ impl From<&SurfaceConfig> for SurfaceForm {
 impl SurfaceForm {
     /// Shows the controls. A preset changes the surface at once; a file, when the user opens it.
     pub(crate) fn show(&mut self, ui: &mut Ui, surface: &mut SurfaceConfig) {
-        let before = self.chosen;
         let presets = Preset::ALL.map(|preset| (Chosen::Preset(preset), preset.name()));
         choice(ui, "Relief", &mut self.chosen, presets.into_iter().chain([(Chosen::File, "file…")]));
         match self.chosen {
             Chosen::Preset(preset) => {
-                if self.chosen != before {
+                if surface.source() != Source::Preset(preset) {
                     surface.set_relief_source(ReliefSource { preset: Some(preset), ..ReliefSource::default() });
                 }
                 // Only presets that take a period and a height have defaults of them.
@@ -83,13 +82,16 @@ impl SurfaceForm {
         optional(ui, "Max height", &mut self.max_height_um, 0.4, HEIGHT_UM, DRAG_UM, " µm");
         row(ui, "", |ui| open |= ui.button("Open").clicked());
         if open && !self.path.trim().is_empty() {
-            surface.set_relief_source(ReliefSource {
-                filename: Some(PathBuf::from(self.path.trim())),
-                pixel_size: self.pixel_size_um,
-                max_height: self.max_height_um,
-                ..ReliefSource::default()
-            });
+            surface.set_relief_source(self.file_source(surface));
         }
+    }
+
+    /// The file that the form shows. If the surface has this file already, parameters without a control are kept, such
+    /// as the channel.
+    fn file_source(&self, surface: &SurfaceConfig) -> ReliefSource {
+        let filename = Some(PathBuf::from(self.path.trim()));
+        let others = if surface.filename == filename { surface.relief_source() } else { ReliefSource::default() };
+        ReliefSource { filename, pixel_size: self.pixel_size_um, max_height: self.max_height_um, ..others }
     }
 }
 
@@ -113,5 +115,14 @@ mod tests {
         assert!(SurfaceForm::from(&file).chosen == Chosen::File);
         let preset = SurfaceConfig { preset: Some(Preset::Cd), ..Default::default() };
         assert!(SurfaceForm::from(&preset).chosen == Chosen::Preset(Preset::Cd));
+    }
+
+    #[test]
+    fn opening_a_file_again_keeps_its_channel() {
+        let file = SurfaceConfig { filename: Some("a.gsf".into()), channel: Some("2".into()), ..Default::default() };
+        let form = SurfaceForm { pixel_size_um: Some(0.2), ..SurfaceForm::from(&file) };
+        assert_eq!(form.file_source(&file), ReliefSource { pixel_size: Some(0.2), ..file.relief_source() });
+        let other = SurfaceForm { path: "b.gsf".into(), ..form };
+        assert_eq!(other.file_source(&file).channel, None);
     }
 }

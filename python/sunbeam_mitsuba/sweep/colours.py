@@ -89,7 +89,7 @@ def weighted(values: NDArray[np.float32] | Doubles, weights: Doubles) -> Doubles
 def lab(xyz: Doubles, white: Doubles) -> Doubles:
     """CIELAB ``[L*, a*, b*]`` of the colour ``xyz[3]``, relative to ``white[3]``, the illuminant's XYZ (CIE 15)."""
     ratio = xyz / white
-    # The cube root, and below δ³ its tangent there. `maximum` keeps negative ratios, which take the tangent, from cbrt.
+    # The cube root, or its tangent at δ³ below δ³. `maximum` keeps negative ratios, which take the tangent, from cbrt.
     delta = 6 / 29
     tangent = ratio / (3 * delta**2) + 4 / 29
     f = np.where(ratio > delta**3, np.cbrt(np.maximum(ratio, 0)), tangent)

@@ -89,8 +89,9 @@ def main(words: list[str] | None = None) -> int:
         print(f"sweep: {error}", file=sys.stderr)
         return REFUSED
     except KeyboardInterrupt:
-        # A second Ctrl-C would interrupt the clean-up.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        # A second signal would interrupt the clean-up.
+        for interruption in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(interruption, signal.SIG_IGN)
         same_command = "the same command without --fresh" if options.fresh else "the same command"
         print(f"\nsweep: stopped; {same_command} goes on with the rest", file=sys.stderr, flush=True)
         # Dask restarts workers that the interruption killed. They would outlive this process and print tracebacks.

@@ -39,7 +39,7 @@ _ESTIMATED_BEFORE = 32
 
 
 class TooLarge(ValueError):
-    """A build does not fit into the worker's memory; the message is one line with the estimate."""
+    """The worker's memory is too small for a build; the message is one line with the numbers."""
 
 
 def estimated_peak_bytes(parameters: Mapping[str, Value]) -> float:
@@ -49,7 +49,8 @@ def estimated_peak_bytes(parameters: Mapping[str, Value]) -> float:
     the peak is unknown, and only the library's build limit refuses large tables. Raises :class:`CommandError` where the
     surface is refused, and ``SweepError`` where ``SUNBEAM_COMMAND`` cannot be run.
     """
-    # The command estimates only the spectral table of the scalar theory.
+    # The command estimates only the spectral table of the scalar theory, and `describe` that of a reflector: too little
+    # for bodies that transmit.
     if parameters.get("theory") == "rigorous" or find_command() is None:
         return 0.0
     if parameters.get("preset") in _SMALL_PRESETS and _coherence_um(parameters) <= _SMALL_COHERENCE_UM:
@@ -98,6 +99,7 @@ class HeldSurfaces:
     def get(self, parameters: Mapping[str, Value]) -> Reflector:
         """Returns the surface with these parameters, and builds it if it is not held.
 
+        An instrument's file is converted already (:func:`converted`).
         Raises :class:`TooLarge` where its build does not fit, and errors of :func:`estimated_peak_bytes` and
         ``make_reflector``.
         """
@@ -128,11 +130,16 @@ class HeldSurfaces:
         alone does not fit.
         """
         peak_bytes, available_bytes = estimated_peak_bytes(parameters), self._for_tables_bytes()
+        if available_bytes < 0:
+            raise TooLarge(
+                f"the worker has {self.memory_bytes / 1e9:.3g} GB, less than the {WORKER_BYTES / 1e9:.3g} GB that it "
+                "needs without tables: fewer workers or more memory would do"
+            )
         if peak_bytes > available_bytes:
             raise TooLarge(
                 f"building the tables would take about {peak_bytes / 1e9:.1f} GB, and the worker has "
-                f"{max(available_bytes, 0) / 1e9:.1f} GB for them: fewer workers, a shorter coherence_length or a "
-                "larger tolerance would do"
+                f"{available_bytes / 1e9:.1f} GB for them: fewer workers, a shorter coherence_length or a larger "
+                "tolerance would do"
             )
         self._drop_until(available_bytes - peak_bytes)
         return peak_bytes / _PEAK_OVER_TABLE

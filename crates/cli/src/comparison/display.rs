@@ -15,10 +15,10 @@ pub(crate) struct DisplayPair {
 impl DisplayPair {
     /// The pictures multiplied by `2^exposure_stops`, clipped, and black where `mask` is false. All have the same size.
     pub(super) fn new(a: &Picture, b: &Picture, mask: Option<&Mask>, exposure_stops: f64) -> Self {
-        let factor = exposure_stops.exp2();
+        let exposure = exposure_stops.exp2();
         let shown = |picture: &Picture| {
             let pixel = |(i, rgb): (usize, &[f32; 3])| {
-                let factor = if mask.is_none_or(|mask| mask.contains(i)) { factor } else { 0.0 };
+                let factor = if mask.is_none_or(|mask| mask.contains(i)) { exposure } else { 0.0 };
                 rgb.map(|value| (f64::from(value) * factor).clamp(0.0, 1.0))
             };
             picture.pixels().iter().enumerate().map(pixel).collect()

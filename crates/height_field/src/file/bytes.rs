@@ -128,6 +128,6 @@ pub(super) fn data_length(nx: usize, ny: usize, number: Number) -> Result<usize,
     if nx == 0 || ny == 0 {
         return Err(format!("its size is {nx} × {ny}; at least one point is needed"));
     }
-    let count = nx.checked_mul(ny).and_then(|points| points.checked_mul(number.size()));
-    count.ok_or_else(|| format!("its size {nx} × {ny} is too large"))
+    let length = nx.checked_mul(ny).and_then(|points| points.checked_mul(number.size()));
+    length.ok_or_else(|| format!("its size {nx} × {ny} is too large"))
 }

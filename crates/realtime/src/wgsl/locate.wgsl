@@ -79,7 +79,7 @@ fn locate_ground_radiance(query: Query) -> vec3<f32> {
     return select(vec3<f32>(0.0), query.sun * frame.weight * frame.to_sun.z * frame.soil, is_lit_ground);
 }
 
-// Radiance of the sunlit ground behind the film, along the ray of a pixel, times the weight of the sample.
+// Radiance of the sunlit ground that the film lets pass along the ray of a pixel, times the weight of the sample.
 fn locate_ground_behind(ray: vec3<f32>) -> vec3<f32> {
     var ground = point_ground(ray, TRACE_FAR);
     if ground.query.kind != QUERY_GROUND || frame.to_sun.z <= 0.0 {
@@ -132,12 +132,12 @@ fn locate_linear_index(id: vec3<u32>, groups: vec3<u32>) -> u32 {
 @compute @workgroup_size(64)
 fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_linear_index(id, groups);
-    let columns = (frame.width + LOCATE_RUN - 1u) / LOCATE_RUN;
-    let row = number / columns;
+    let runs_per_row = (frame.width + LOCATE_RUN - 1u) / LOCATE_RUN;
+    let row = number / runs_per_row;
     if row >= frame.height {
         return;
     }
-    let column = LOCATE_RUN * (number - row * columns);
+    let column = LOCATE_RUN * (number - row * runs_per_row);
     let count = min(LOCATE_RUN, frame.width - column);
     // Bit i is set if pixel i of the run has a triangle.
     var skin = 0u;
@@ -145,7 +145,7 @@ fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
         skin |= u32(textureLoad(seen, vec2<u32>(column + i, row), 0).x != 0u) << i;
     }
     let skin_count = countOneBits(skin);
-    // Entry for the next pixel with a triangle, and the entry after that for the next one without.
+    // Entry for the next pixel with a triangle, and one past the entry for the next pixel without one.
     var next_skin = atomicAdd(&lists.skin, skin_count);
     var after_bare = locate_pixel_count() - atomicAdd(&lists.bare, count - skin_count);
     for (var i = 0u; i < count; i++) {

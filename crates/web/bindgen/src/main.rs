@@ -1,8 +1,8 @@
 //! `sunbeam-bindgen INPUT.wasm FOLDER`: writes the page's library into a folder, as an ES module in JavaScript and the
 //! WebAssembly that it loads.
 //!
-//! `INPUT.wasm` is `crates/web` compiled for `wasm32-unknown-unknown`. This program does the work of the command
-//! `wasm-bindgen` in the version of the project's Cargo.lock, so that it needs no installation.
+//! `INPUT.wasm` is `crates/web` compiled for `wasm32-unknown-unknown`. This program replaces the command
+//! `wasm-bindgen`, which would have to be installed in exactly the library's version. Cargo.toml pins that version.
 
 use std::error::Error;
 use std::process::ExitCode;

@@ -273,12 +273,12 @@ impl Settings {
     /// The optics that the renderer's shader adds to the method's reflectance: index, cover, obliquity factor and
     /// shadowing.
     pub fn optics(&self) -> Optics {
-        let model = self.model();
+        let surface_options = self.model();
         Optics {
             index: Some(self.index()),
             cover: self.surface.cover(),
-            obliquity: model.obliquity,
-            shadowing: model.shadowing,
+            obliquity: surface_options.obliquity,
+            shadowing: surface_options.shadowing,
         }
     }
 

@@ -78,7 +78,7 @@ impl JsReliefPicture {
         self.0.size.1
     }
 
-    /// Size of a pixel in µm.
+    /// Size of the picture's pixels in µm.
     #[wasm_bindgen(getter)]
     pub fn um_per_pixel(&self) -> f64 {
         self.0.um_per_pixel
@@ -121,7 +121,7 @@ impl JsReflectance {
     }
 
     /// `f_r` in 1/sr as linear sRGB. `wi` is the direction to the light and `wo` that to the viewer, of three numbers
-    /// each and any length.
+    /// each and any positive length.
     pub fn rgb(&self, wi: &[f32], wo: &[f32]) -> Result<Vec<f32>, JsValue> {
         Ok(self.0.rgb(unit(wi)?, unit(wo)?).map(|value| value as f32).to_vec())
     }
@@ -140,7 +140,7 @@ impl JsSpectra {
     }
 
     /// `f_r` in 1/sr at 380, 385, …, 780 nm; empty if the method has no values by wavelength. `wi` is the direction to
-    /// the light and `wo` that to the viewer, of three numbers each and any length.
+    /// the light and `wo` that to the viewer, of three numbers each and any positive length.
     pub fn spectrum(&self, wi: &[f32], wo: &[f32]) -> Result<Vec<f32>, JsValue> {
         Ok(self.0.spectrum(unit(wi)?, unit(wo)?))
     }

@@ -35,7 +35,7 @@ class Column:
     """A column of the results."""
 
     name: str
-    #: A key of ``report.KINDS``.
+    #: A key of ``report.KINDS``, which gives its Arrow type.
     kind: str
     #: Meaning with unit, in a few words.
     meaning: str
@@ -98,7 +98,7 @@ class Want(ABC):
 
     @abstractmethod
     def identity(self) -> dict[str, Any]:
-        """The options that determine the results, as a JSON object."""
+        """The options that determine the results, as a JSON object: a part of the identity of a case."""
 
     @abstractmethod
     def columns(self) -> list[Column]:
