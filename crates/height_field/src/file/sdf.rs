@@ -70,7 +70,7 @@ impl Header {
             Number::I8 => (f64::from(i8::MIN), f64::from(i8::MAX)),
             Number::I16 => (f64::from(i16::MIN), f64::from(i16::MAX)),
             Number::I32 => (f64::from(i32::MIN), f64::from(i32::MAX)),
-            // Both exceed 1e30 in magnitude.
+            // Their marks exceed 1e30 in magnitude.
             Number::F32 | Number::F64 => return false,
         };
         if self.revision == Revision::Bcr { value >= high } else { value == low }
