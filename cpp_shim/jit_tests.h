@@ -10,7 +10,8 @@ namespace sunbeam::jit {
 
 /// Initialises Dr.Jit and returns its LLVM backend as a `JitBackend`; 0 if the backend is not available.
 uint32_t llvm_backend() noexcept;
-/// Makes an array of the LLVM backend that holds `words`. Returns its index, or 0 for another backend or an error.
+/// Makes an array of the LLVM backend that holds `words`. Returns its index with a reference that the caller owns, or 0
+/// for another backend or an error.
 uint32_t upload(uint32_t backend, rust::Slice<const uint32_t> words) noexcept;
 /// Evaluates a variable of 32-bit elements and copies its first `words.size()` elements to `words`. A single element is
 /// repeated. Returns false after an error.

@@ -1,4 +1,4 @@
-// Variants without a backend: RGB, and spectral with and without polarisation.
+// Scalar variants, which do without Dr.Jit's backends: RGB, and spectral with and without polarisation.
 #include "diffraction.h"
 #include "variants.h"
 

@@ -69,7 +69,7 @@ CARD_BRIGHTNESS = 0.12
 CARD_SKY = 0.05
 # Radiance of a white plane that faces one of the banknote's lamps.
 NOTE_BRIGHTNESS = 0.35
-# Radiance of the sky over the banknote, which lights the paper about as brightly as its colours.
+# Radiance of the sky over the banknote, which lights the paper about as brightly as the kinegram's colours.
 NOTE_SKY = 0.3
 
 
@@ -186,7 +186,7 @@ def sheet(size_cm: tuple[float, float], thickness_cm: float, bsdf: dict) -> dict
 
 def rounded(pattern: Pattern, radius_cm: float, bsdf: dict) -> dict:
     """The material `bsdf` on the pattern's rectangle with rounded corners, and soil beyond the corners."""
-    # Distance of each texel from the rectangle that is `radius_cm` smaller on each side.
+    # Components of each texel's distance from the rectangle that is `radius_cm` smaller on each side.
     outside_x, outside_y = (
         np.maximum(np.abs(position) - (0.5 * np.ptp(position) - radius_cm), 0) for position in (pattern.x, pattern.y)
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 from . import picture
@@ -19,8 +20,8 @@ from .tool import sunbeam
 PRESET = "xenopeltis"
 # Rays along each side of a pixel in the realtime picture.
 SUPERSAMPLE = 4
-# Mitsuba's passes (picture.py), each with an equal part of the samples. The first one includes the compilation of
-# kernels, so the time of all is taken as PASSES times that of the second.
+# Smallest number of Mitsuba's passes (picture.py). The first one includes the compilation of kernels, so the time of a
+# later one times their number is taken as the time of all.
 PASSES = 2
 
 
@@ -29,7 +30,8 @@ def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
 
     The light is a directional sun without sky. Neither renderer conserves energy here (docs/model.md#energy). The
     realtime renderer uses its method `table`, the colour table (docs/realtime.md). `view` sets the resolution; its
-    camera must be the default one. `spp` is the number of Mitsuba's samples per pixel.
+    camera must be the default one. `spp` is the number of Mitsuba's samples per pixel, before `picture.render` rounds
+    it up.
 
     Result: `mitsuba_seconds`, the `seconds` of `picture.render` by stage; `realtime`, the report of `sunbeam render`;
     and `compared`, the report of `realtime.compare`.
@@ -37,7 +39,9 @@ def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
     light = Light(sun="directional", sky_radiance=0)
     skin = preset_skin(PRESET)
     bsdf = skin_bsdf({**skin, "conserve_energy": False}, files.pigment)
-    traced = picture.render(bsdf, files, light, view, spp, passes=PASSES)
+    # More passes for large pictures, as `picture.render` would choose: the caption needs their number.
+    passes = max(PASSES, math.ceil(view.width * view.height * spp / picture.PATHS_PER_PASS))
+    traced = picture.render(bsdf, files, light, view, spp, passes=passes)
     mitsuba_exr, realtime_exr = output / "both-mitsuba.exr", output / "both-realtime.exr"
     mitsuba_png, realtime_png = picture.write(traced.pixels, mitsuba_exr, EXPOSURE_STOPS), output / "both-realtime.png"
     # The command's defaults have the same camera, pigment and ground, and no energy conservation.
@@ -49,7 +53,7 @@ def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
     compared = realtime.compare(mitsuba_exr, realtime_exr, png=output / "both-difference.png")
     # The adapter's name without the driver's version.
     adapter = drawn["adapter"].split(" (")[0]
-    all_passes_s = PASSES * traced.seconds["later_pass"]
+    all_passes_s = passes * traced.seconds["later_pass"]
     row = [
         (mitsuba_png, f"Mitsuba 3, {spp} paths a pixel: {all_passes_s:.1f} s"),
         (

@@ -38,8 +38,8 @@ TABLES = re.compile(r"tables of ([\d.]+) MB.*\(([\d.]+) s to build\).*error of a
 def table_errors(grating: transmitted.Grating) -> dict:
     """Size, build time and error of the grating's tables as a film and as an interface.
 
-    `rms` is the root mean square error of an order's efficiency against the solver, over random incidences and
-    wavelengths.
+    `rms` is the root mean square error of an order's efficiency against the solver that filled the tables, over random
+    incidences and wavelengths.
     """
     found = {"period_um": grating.period, "height_um": grating.height}
     for body in ("film", "interface"):
@@ -87,6 +87,7 @@ def figures() -> dict:
         limited, screen = row["misplaced"]["limited"], row["misplaced"]["phase screen"]
         if row["name"] == "sinusoid":
             insist(PART, all(a < b for a, b in zip(limited, screen)), "small slope is better on sinusoids")
+        # Sawteeth whose facets face the light.
         if row["name"] == transmitted.FACING:
             insist(PART, all(a > b for a, b in zip(limited, screen)), "the phase screen is better on facing facets")
     return {

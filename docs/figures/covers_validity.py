@@ -206,7 +206,8 @@ def case(kind: str, slope_deg: float | None, grating: Grating) -> dict:
 
     `bare` lists the misplaced power of the model `stam, limited` by angle of incidence. `covered` lists it by angle for
     each model, under the model's name. `exact` is the largest error of an order's power by EXACT under the cover.
-    `slope_deg` is None for lamellar gratings.
+    `kind` is the grating's name on the page. `slope_deg` is the largest slope of a sinusoid or the slope of a
+    sawtooth's facets; None for lamellar gratings.
     """
     angles_deg = angles_of(grating)
     lights = [Light(nm, angle) for angle in angles_deg for nm in sweeps.WAVELENGTHS_NM]

@@ -211,8 +211,9 @@ def terms_seen(rows: list[dict]) -> dict:
 def right_side(maps: Maps, panels: list[Panel]) -> dict:
     """CIELAB chroma in the right half of maps, x > 0, without the mirror direction, by angle of incidence.
 
-    A row's `share` is the right half's fraction of the disc's chroma, its `mean` the mean chroma of the right half. The
-    chroma near the mirror direction counts as 0. `grows` tells for both whether they increase with the angle.
+    Light comes from the side of +x. A row's `share` is the right half's fraction of the disc's chroma, its `mean` the
+    mean chroma of the right half. The chroma near the mirror direction counts as 0. `grows` tells for both whether they
+    increase with the angle.
     """
     rows = []
     for panel in panels:

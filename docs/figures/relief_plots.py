@@ -37,7 +37,7 @@ def relief(skin: dict) -> Relief:
 
 
 def term(skin: dict, n: int) -> np.ndarray:
-    """|DFT((h/H)ⁿ)| over the number of pixels; h is the height above the middle of its range, H half the range.
+    """|DFT((h/H)ⁿ)| divided by the number of pixels; h is the height above the middle of its range, H half the range.
 
     Rows are orders along y and columns orders along x, in ascending order; order 0 has the index size//2.
     """
@@ -63,7 +63,7 @@ def show_term(axes: plt.Axes, skin: dict, n: int, title: str) -> None:
     edges = []
     for count, extent_um in zip(magnitudes.shape[::-1], relief(skin).extent_um):
         edges += [(-(count // 2) - 0.5) / extent_um, (count - count // 2 - 0.5) / extent_um]
-    # Terms of 0 become −∞, below the colour scale.
+    # Magnitudes of 0 become −∞, below the colour scale.
     with np.errstate(divide="ignore"):
         decades = np.log10(magnitudes / magnitudes.max())
     image = axes.imshow(

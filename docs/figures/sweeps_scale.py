@@ -25,7 +25,7 @@ from .speed_error import processor
 from .sweeps_simulation import Costs, Storage, simulate
 
 PART = "sweeps-scale"
-# Folder of the Python package.
+# Folder that holds the Python package.
 PACKAGE = REPOSITORY / "python"
 # Number of cases of the sweeps that are compared with plain loops. Each case takes about a second.
 CASES = 60
@@ -43,7 +43,7 @@ WORKERS = (10, 100, 1000)
 SURFACES = 100_000
 # Assumed time of a worker for a case of the simulation, with its tables.
 CASE_SECONDS = 5.0
-# Assumed shared file systems, with files/s and bytes/s: fast, slow, and fast with the cache of tables.
+# Assumed shared file systems: fast (in files/s), slow, and fast with the cache of tables (in bytes/s).
 STORAGES = (
     Storage("2000 files/s", 2000.0),
     Storage("200 files/s", 200.0),

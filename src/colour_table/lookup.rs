@@ -1,8 +1,8 @@
 //! Look-up in a [`super::ColourTable`], generic over [`Numbers`].
 //!
 //! The table holds the colour F of the scattering vector `q = wi + wo = (u, v, w)`, on rings in the plane of (u, v). A
-//! look-up reads the four rings nearest to the radius `r = |(u, v)|`, and on each ring 4 × 4 coefficients around the
-//! direction and w. The words of coefficients are those of `pack.rs`. Formulas of positions are those of
+//! look-up reads the four rings nearest to the radius `r = |(u, v)|`, and on each ring 4 × 4 coefficients of a cubic
+//! B-spline over direction and w. Words of coefficients are packed by `pack.rs`. Formulas of positions are those of
 //! [`ColourLayout`] and [`Ring`].
 //!
 //! `src/methods/table.wgsl` is the counterpart in WGSL, with the same formulas. Tests of the method `table` in
@@ -114,9 +114,8 @@ impl<N: Numbers> ColourView<N> {
 
     /// Coefficients of four words (`pack.rs`), `[channel][word]`.
     ///
-    /// The nine stored bits m of a mantissa become the upper bits of a float's mantissa, with the word's exponent e:
-    /// `(1 + m/512)·2^e`. Subtracting `1.5·2^e` removes the stored excess of 256 exactly: `(m − 256)/512·2^e` remains.
-    /// The 9 of MANTISSA_BITS is part of e and cancels the 512.
+    /// The nine stored bits m of a mantissa become the upper bits of a float's mantissa. With the exponent e of
+    /// `pack.rs` the float is `(1 + m/512)·2^(e + 9)`. Subtracting `1.5·2^(e + 9)` leaves `(m − 256)·2^e` exactly.
     #[inline(always)]
     fn unpack(&self, words: [N::Index; 4]) -> [[N::Real; 4]; 3] {
         let int = N::Index::lit;

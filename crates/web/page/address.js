@@ -6,6 +6,7 @@ import { page } from "./state.js";
 /** Delay in ms before the address is written: browsers refuse hundreds of changes within half a minute. */
 const DELAY_MS = 250;
 
+/** Identifier of the pending delay. */
 let timer = 0;
 
 /** Writes the settings into the address after a delay, which each call starts anew. */
@@ -16,6 +17,7 @@ export function updateAddress() {
 
 /** Address of the page with its current settings: path, query, and the part after the #. */
 export function address() {
+  // SHA-256 of the surface's file, or of the file that a link names and the page awaits.
   const checksum = (page.source ?? page.wanted)?.sha256;
   const hash = toHash(page.engine.compact(page.settings), page.settings.surface.filename ? checksum : null);
   // An empty hash would open the first example. Default settings are therefore written by their preset.

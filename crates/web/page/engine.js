@@ -98,15 +98,16 @@ export class Engine {
     }
   }
 
-  /** SHA-256 of a file in hexadecimal. */
+  /** SHA-256 of a file (a Blob) in hexadecimal. */
   checksum(file) {
     return this.#ask(this.#idleMaker(), "checksum", { file });
   }
 
   /**
-   * Reads the relief of the settings, from `file` unless it is a preset. `key` is its key, for `holds`.
+   * Reads the relief of the settings, from `file` (a Blob) unless it is a preset. `key` is its key, for `holds`.
    *
-   * Returns its facts (relief.rs) and its picture: {facts, width, height, bar_um, um_per_pixel, rgba}.
+   * Returns its facts (relief.rs) and its picture with the length of a scale bar: {facts, width, height, bar_um,
+   * um_per_pixel, rgba}.
    */
   async relief(settings, file, key) {
     const maker = this.#idleMaker();
@@ -164,8 +165,8 @@ export class Engine {
   }
 
   /**
-   * The BRDF map of the last `reflectance`, as `map` returns it, `side` pixels wide and high. The light comes at the
-   * polar angle `theta_deg` and the azimuth `phi_deg`.
+   * The BRDF map of the last `reflectance`, as `map` returns it, `side` pixels wide and high. The direction to the
+   * light has the polar angle `theta_deg` and the azimuth `phi_deg`.
    */
   mapOnProcessor(settings, theta_deg, phi_deg, side, progress) {
     const question = { settings: JSON.stringify(settings), theta_deg, phi_deg, side };

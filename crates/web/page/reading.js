@@ -2,6 +2,7 @@
 // pointer or a key selects it.
 //
 // `wi` is the direction to the light and `wo` that to the viewer, as unit vectors in the relief's frame.
+// `page.engine.quick` is the library on the page's own thread.
 
 import { updateAddress } from "./address.js";
 import { onlyLatest } from "./latest.js";
@@ -30,8 +31,8 @@ export const drawMap = onlyLatest(async (wi, side) => {
 });
 
 /**
- * Promise of the pixels of the map for light from `wi`, `rgb` in map.js, by the GPU if there is an adapter. Null if the
- * map's data are not built yet.
+ * Promise of the map's pixels for light from `wi`: f_r in 1/sr as linear sRGB (`rgb` in map.js). The GPU draws them if
+ * there is an adapter. Null if the map's data are not built yet.
  */
 export function mapOf(wi, side) {
   const { engine } = page;
@@ -73,6 +74,7 @@ export function readAt(wo) {
   byId("fact-rgb").textContent = Array.from(rgb, (value) => signed(Number(value.toPrecision(3)))).join(", ");
   // The picture's sun has an irradiance of π. On the surface it is π cos θi, and the radiance is f_r times this.
   const radiance = Float32Array.from(rgb, (value) => value * Math.PI * wi[2]);
+  // The exposure is in stops.
   const swatch = page.engine.quick.to_srgb(radiance, page.settings.exposure);
   byId("swatch").style.backgroundColor = `rgb(${swatch.join(" ")})`;
   readSpectrum();

@@ -56,7 +56,7 @@ export const page = {
   /** Unit vectors to the light and to the viewer, in the relief's frame, at which the map is read; null for none. */
   wi: null,
   wo: null,
-  /** BRDF in 1/sr at equal steps from 380 to 780 nm, for wi and wo; null for none. */
+  /** BRDF in 1/sr every 5 nm from 380 to 780 nm, for wi and wo; empty if the method has none, null before the first. */
   spectrum: null,
   /** Serial number of the last picture ordered. */
   asked: 0,

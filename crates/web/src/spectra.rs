@@ -1,5 +1,6 @@
 //! Evaluates the BRDF `f_r` by wavelength on the CPU, for the page's plot of a spectrum. A source computes a *value*,
-//! part of `f_r`; the factors that complete it are those of `reflectance.rs`.
+//! part of `f_r`. The interface factor (Fresnel) and the angular factor (obliquity and shadowing) complete it, see
+//! `reflectance.rs`.
 
 use crate::error::WebError;
 use crate::reflectance::single;
@@ -34,12 +35,13 @@ enum Source {
     /// for a film also the interface factor.
     Surface(Box<Surface>),
     /// A published method, which has values by wavelength or none. They include neither the angular nor the interface
-    /// factor.
+    /// factor. Settings with a film have no such method.
     Method(Box<dyn Method>),
 }
 
 impl Spectra {
-    /// Builds the source of spectra for the settings' method. `field` is magnified by the index of the cover or film.
+    /// Builds the source of spectra for the settings' method. Lengths of `field`, heights included, are multiplied by
+    /// the index of the cover or film.
     ///
     /// # Errors
     /// [`WebError::Limit`] for a build that needs too much memory or time, [`WebError::Settings`] for options that do
@@ -54,8 +56,8 @@ impl Spectra {
         Ok(Self { source, model, index, cover })
     }
 
-    /// Replaces the refractive index by that of `settings`. With energy conservation the tables also depend on the
-    /// index and have to be built again ([`Settings::keys`]).
+    /// Replaces the refractive index by that of `settings`. With energy conservation or a film the tables also depend on
+    /// the index and have to be built again ([`Settings::keys`]).
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index_inside();
     }

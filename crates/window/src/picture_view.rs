@@ -97,7 +97,7 @@ pub(crate) fn show_map(ui: &Ui, area: Rect, map: &BrdfMap, texture: TextureId) {
     painter.circle_filled(disc.center(), 0.5 * side, Color32::from_black_alpha(220));
     painter.image(texture, disc, WHOLE, Color32::WHITE);
     painter.circle_stroke(disc.center(), 0.5 * side, Stroke::new(1.0, Color32::GRAY));
-    // Position in the map of a direction with the components x and y in the relief's frame; y grows upwards there.
+    // Position in the map of a unit vector with the components x and y in the relief's frame; the map's y grows upwards.
     let at = |x: f32, y: f32| disc.center() + 0.5 * side * vec2(x, -y);
     // `wi` points to the sun, `wo` to the viewer. The mirror direction of `wi` has the opposite x and y.
     painter.circle_stroke(at(-map.wi[0], -map.wi[1]), 3.0, Stroke::new(1.0, Color32::WHITE));
@@ -106,9 +106,9 @@ pub(crate) fn show_map(ui: &Ui, area: Rect, map: &BrdfMap, texture: TextureId) {
     for arm in [vec2(CROSS_POINTS, 0.0), vec2(0.0, CROSS_POINTS)] {
         painter.line_segment([viewer - arm, viewer + arm], cross);
     }
-    // The exposure maps a BRDF of 1/exposure to white. `theta` is the angle of incidence.
-    let theta = map.wi[2].clamp(-1.0, 1.0).acos().to_degrees();
-    let text = format!("θi {theta:.0}°, white at {:.2} /sr", 1.0 / map.exposure);
+    // The exposure maps a BRDF of 1/exposure to white. `theta_deg` is the angle of incidence.
+    let theta_deg = map.wi[2].clamp(-1.0, 1.0).acos().to_degrees();
+    let text = format!("θi {theta_deg:.0}°, white at {:.2} /sr", 1.0 / map.exposure);
     let font = egui::FontId::proportional(11.0);
     painter.text(disc.center_top() - vec2(0.0, 4.0), egui::Align2::CENTER_BOTTOM, text, font, Color32::WHITE);
 }

@@ -1,4 +1,4 @@
-//! File names of screenshots.
+//! File names of screenshots. A screenshot is a PNG with an EXR of the same name.
 
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 """Submits cases to the workers in batches, a few at a time, and collects the results.
 
-A *case* is a surface under a setting, a row of the table. A *batch* is a Dask task: a call of work.run_batch with some
-cases. The number of cases follows from their measured duration, so that a batch takes about BATCH_SECONDS and the
+A *case* is a surface under a setting, a row of the results. A *batch* is a Dask task: a call of work.run_batch with
+some cases. The number of cases follows from their measured duration, so that a batch takes about BATCH_SECONDS and the
 overhead of a task is small.
 
 A worker can die, most often for lack of memory, and Dask then repeats its batch on another worker. After KILLS deaths
@@ -38,7 +38,7 @@ from .work import Done, Job, record_of, run_batch
 #: Shortest target duration of a batch in seconds. Longer batches spend less of the time on overhead, some
 #: milliseconds each; shorter ones balance the load better.
 BATCH_SECONDS = 1.0
-#: Target duration of a batch in seconds per thread of the cluster, where their product exceeds BATCH_SECONDS. This
+#: Target duration of a batch in seconds per thread of all workers, where the sum exceeds BATCH_SECONDS. This
 #: process and the scheduler spend some milliseconds on each batch, and must keep up with all threads.
 BATCH_SECONDS_PER_THREAD = 0.01
 #: Largest number of cases in a batch. It limits the size of a message to a worker.

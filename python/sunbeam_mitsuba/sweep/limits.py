@@ -7,7 +7,6 @@ beyond a limit before it computes anything. ``tests/test_sweep_spec.py`` compare
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Union
 
@@ -19,7 +18,7 @@ Value = Union[str, float, bool]
 
 @dataclass(frozen=True)
 class Numbers:
-    """Numbers from ``low`` to ``high`` in ``unit``; ``open_low`` and ``open_high`` exclude that end."""
+    """Numbers from ``low`` to ``high``, both finite, in ``unit``; ``open_low`` and ``open_high`` exclude that end."""
 
     low: float
     high: float
@@ -28,8 +27,8 @@ class Numbers:
     open_high: bool = False
 
     def accepts(self, value: object) -> bool:
-        """Whether the value is a finite number in the range."""
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        """Whether the value is a number in the range. Comparisons with NaN are false."""
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
             return False
         above = value > self.low if self.open_low else value >= self.low
         below = value < self.high if self.open_high else value <= self.high
@@ -112,7 +111,7 @@ SURFACE: dict[str, Accepted] = {
     "region_spread": Numbers(0, 0.1),
     "pixel_size": LENGTH_UM,
     "max_height": LENGTH_UM,
-    # Its number in the file, or its title.
+    # Its number in the file, which the library refuses unless whole, or its title.
     "channel": NumberOrText(Numbers(0, 1e3)),
     "fill": Words(("none", "laplace", "mean")),
     "level": Words(("none", "mean", "plane", "quadratic", "lines")),
@@ -156,7 +155,7 @@ PARAMETERS: dict[str, Accepted] = {**SOURCE, **SURFACE, **SCENE, **LIGHT}
 
 
 def check_value(where: str, name: str, value: object) -> Value:
-    """Returns the value if the parameter ``name`` accepts it, an integer as ``float``.
+    """Returns the value if the parameter ``name`` accepts it, as ``float`` if it accepts numbers alone.
 
     Raises :class:`SweepError` otherwise. ``where`` names the specification's table in the message.
     """

@@ -11,11 +11,11 @@ A short specification is::
     illuminant = "D65"
 
 Each ``[[surface]]`` and ``[settings]`` give combinations of parameters (sampling.py). A combination of a surface is one
-of its *variants*, here a file. Every variant under every setting is a case. Each ``[want.NAME]`` is a *want*, a group
-of computed figures with its options (wants/want.py).
+of its *variants*, here a file. Every variant under every setting is a case, a row of the results. Each
+``[want.NAME]`` is a *want*, a group of computed figures with its options (wants/want.py).
 
 Parameters are those of the heights (SOURCE), of the library (SURFACE), of Mitsuba's BSDF (SCENE) and of the light
-(LIGHT). KEYS say how the values of a table are combined.
+(LIGHT). KEYS (``combine``, ``count``, ``seed``) say how the values of a table of the specification are combined.
 """
 
 from __future__ import annotations
@@ -50,15 +50,15 @@ _LIGHT_DEFAULTS: dict[str, Value] = {"theta_i_deg": 0.0, "phi_i_deg": 0.0}
 
 @dataclass(frozen=True)
 class Case:
-    """A row of the table: a surface under a setting."""
+    """A row of the results: a variant under a setting."""
 
-    #: Place in the table, from 0.
+    #: Index of the row.
     row: int
     #: Hash of all inputs except contents of files, in hexadecimal digits. It names the case's files.
     identity: str
     #: Name of the surface, or else its file's name or its preset.
     surface: str
-    #: Parameters of the surface and angles of the light. ``filename`` is relative to the specification's folder.
+    #: Parameters of the surface and angles of the light. A relative ``filename`` begins at the specification's folder.
     parameters: dict[str, Value]
 
 
@@ -66,7 +66,7 @@ class Case:
 class SurfaceSpec:
     """A ``[[surface]]`` of the specification."""
 
-    #: Name in the table; where it is empty, the file's name or the preset replaces it.
+    #: Name in the results; where it is empty, the file's name or the preset replaces it.
     name: str
     #: Its variants.
     combinations: Combinations
@@ -95,14 +95,14 @@ class Spec:
 
     @property
     def parameter_names(self) -> list[str]:
-        """Names of the parameters that at least one case has, in the order of the table's columns."""
+        """Names of the parameters that at least one case has, in the order of the results' columns."""
         used = set(self.settings.names) | set(_LIGHT_DEFAULTS)
         for surface in self.surfaces:
             used |= set(surface.combinations.names)
         return [name for name in (*SOURCE, *SURFACE, *SCENE, *LIGHT) if name in used]
 
     def cases(self, version: str) -> Iterator[Case]:
-        """Yields the different cases in the order of the table: by surface, then by setting.
+        """Yields the different cases in the order of the rows: by surface, then by setting.
 
         A case's identity is a hash of the surface's name, the parameters, the wanted figures with their options, and
         ``version``. Of equal cases only the first is yielded.

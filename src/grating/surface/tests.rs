@@ -16,21 +16,21 @@ const PERIOD_UM: f64 = 1.6;
 const TABLE_RESOLUTION: TableResolution =
     TableResolution { stored: 17, spacing: Some(Spacing { step_nm: 47.0, solved_every: 1 }), tolerance: 1e-3 };
 
-/// Orders with a closed form that has the properties of a grating's: reciprocity, roots at the horizon, and a
-/// dependence on the wavelength. It solves no grating.
+/// Orders with a closed form that has the properties of a grating's: reciprocity, efficiencies that rise from the
+/// horizon as a root, and a dependence on the wavelength. It solves no grating.
 struct ClosedForm {
     /// 1 for light above the relief alone, 2 for a film.
     sides: usize,
 }
 
 /// Cosine with the normal of the order with the wave number `a` along x, in projection onto the plane across the
-/// grooves. `t` is the length of the wave vector's projection, the largest `|a|` that propagates.
+/// grooves. `t` is the length of the wave vector's projection, the largest `|a|` that propagates. Both are in units of
+/// 2π/d.
 fn cos(t: f64, a: f64) -> f64 {
     (1.0 - (a / t).powi(2)).max(0.0).sqrt()
 }
 
-/// Efficiency between the incident wave number `a` and the outgoing one `c`, both along x. They and `t` ([`cos`]) are
-/// in units of 2π/d.
+/// Efficiency between the incident wave number `a` and the outgoing one `c`, both along x; `t` is that of [`cos`].
 fn efficiency(t: f64, a: f64, c: f64, nm: f64) -> f64 {
     let (m, fade) = (c - a, (nm / 600.0).recip());
     0.2 * fade * (-0.3 * m.abs()).exp() * (1.0 + 0.5 * (0.7 * (a - c)).sin()) * (cos(t, a) * cos(t, c)).sqrt()
@@ -50,7 +50,7 @@ fn film_factor([from, to]: [usize; 2], a: f64, c: f64) -> f64 {
 
 impl OrderSolver for ClosedForm {
     fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError> {
-        // Propagating orders m have |b + m| ≤ t, with the Bloch phase b.
+        // Propagating orders m have |b + m| ≤ t. The Bloch phase b is taken for the wave number of order 0.
         let first = -((t + b).floor());
         let count = ((t - b).floor() + (t + b).floor()) as usize + 1;
         let alpha = |i: usize| b + first + i as f64;
@@ -76,6 +76,7 @@ fn tabulated_on(sides: usize, coherence_length_um: f64) -> GratingSurface {
     GratingSurface::tabulate(PERIOD_UM, coherence_length_um, &solver, TABLE_RESOLUTION, &Progress::none()).unwrap()
 }
 
+/// The surface of the closed form for light above the relief alone.
 fn tabulated(coherence_length_um: f64) -> GratingSurface {
     tabulated_on(1, coherence_length_um)
 }
@@ -85,7 +86,7 @@ fn on_side(side: usize, [x, y, z]: Vec3) -> Vec3 {
     if side == 0 { [x, y, z] } else { [x, y, -z] }
 }
 
-/// The unit vector of two angles in radians.
+/// The unit vector at the angle `theta` to the normal and the azimuth `phi`, in radians.
 fn direction(theta: f64, phi: f64) -> Vec3 {
     [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()]
 }
@@ -277,11 +278,13 @@ fn colours_match_the_sum_over_wavelengths() {
 /// Mean of the weights of `count` samples and its standard error, for each channel of linear sRGB.
 pub(in crate::grating) fn mean_weights(surface: &GratingColourSurface, wi: Vec3, count: u32) -> [[f64; 2]; 3] {
     let lobe = surface.lobe::<f64>();
+    // The mask of active lanes: `f64` has one.
+    let active = true;
     let mut random = Pcg64Mcg::seed_from_u64(3);
     let mut sums = [[0.0; 2]; 3];
     for _ in 0..count {
-        let wo = lobe.sample(wi, LinearSrgb, std::array::from_fn(|_| random.random()), true);
-        let (value, pdf) = lobe.eval_pdf(wi, wo, LinearSrgb, true);
+        let wo = lobe.sample(wi, LinearSrgb, std::array::from_fn(|_| random.random()), active);
+        let (value, pdf) = lobe.eval_pdf(wi, wo, LinearSrgb, active);
         for (value, [sum, squares]) in value.into_iter().zip(&mut sums) {
             let weight = if pdf > 0.0 { value * wo[2].abs() / pdf } else { 0.0 };
             *sum += weight;

@@ -1,7 +1,8 @@
 //! The orders on both sides of a body that transmits, for one incidence, by either theory.
 //!
-//! The body is an interface to a medium, or a film of the medium with a flat lower side. An order below a film either
-//! passes the flat side, or is reflected there totally and stays trapped.
+//! The relief varies along x alone, and its grooves are along y. The body is an interface to a medium, or a film of the
+//! medium with a flat lower side. An order below a film either passes the flat side, or is reflected there totally and
+//! stays trapped.
 
 use super::screen::Screen;
 use super::solve::{Order, Side, SolvedOrders};
@@ -57,8 +58,8 @@ fn rigorous(
     })
 }
 
-/// The efficiencies `F·|c_m|²` of the propagating orders m, with the factor F of docs/model.md#bodies-that-transmit. F
-/// depends on the polarisation; [`BodyOrder`] has its values.
+/// The efficiencies `F·|c_m|²` of the propagating orders m: c_m is the amplitude of the phase screen (`screen.rs`), F the
+/// factor of docs/model.md#bodies-that-transmit. F depends on the polarisation; [`BodyOrder`] has its values.
 fn scalar(
     config: &SurfaceConfig,
     body: TransparentBody,
@@ -100,7 +101,7 @@ fn scalar(
     Ok(SolvedOrders::of_scalar_theory(screen.period_um, wavelength_nm, wi, orders))
 }
 
-/// The factors on `|c_m|²` for TE and TM light, of an order with the tangential component `x`.
+/// The factors on `|c_m|²` for TE and TM light, of an order with the tangential component `x` in vacuum wave numbers.
 ///
 /// They are known only where the plane of incidence is perpendicular to the grooves. There TE and TM are the states s
 /// and p of incident and outgoing light, and light keeps its state.

@@ -15,10 +15,6 @@ use crate::holes::known_or_nan;
 use ndarray::Array2;
 use std::collections::HashMap;
 
-/// Smallest 32-bit float that marks a missing point in BCR files: just below the largest, which programs write rounded.
-const BCR_MISSING_MIN_F32: f64 = 3.4e38;
-/// Smallest 64-bit float that marks a missing point in BCR files: just below the largest, which programs write rounded.
-const BCR_MISSING_MIN_F64: f64 = 1.7e308;
 /// Data types in the order of their codes 0 to 7, with their names in BCR's text headers.
 const TYPES: [(&str, Number); 8] = [
     ("UCHAR", Number::U8),
@@ -62,8 +58,11 @@ struct Header {
 impl Header {
     /// Whether a stored number marks a missing point.
     fn is_missing(&self, value: f64) -> bool {
-        // The smallest number of the type, the mark of ISO, and the largest, that of BCR. For BCR's floats a threshold
-        // just below the largest is used.
+        // In any file, numbers that are NaN, infinite or of magnitude 1e30 or more are missing.
+        if known_or_nan(value).is_nan() {
+            return true;
+        }
+        // The smallest number of the type, the mark of ISO, and the largest, that of BCR.
         let (low, high) = match self.number {
             Number::U8 => (0.0, f64::from(u8::MAX)),
             Number::U16 => (0.0, f64::from(u16::MAX)),
@@ -71,12 +70,10 @@ impl Header {
             Number::I8 => (f64::from(i8::MIN), f64::from(i8::MAX)),
             Number::I16 => (f64::from(i16::MIN), f64::from(i16::MAX)),
             Number::I32 => (f64::from(i32::MIN), f64::from(i32::MAX)),
-            Number::F32 => (f64::from(f32::MIN), BCR_MISSING_MIN_F32),
-            Number::F64 => (f64::MIN, BCR_MISSING_MIN_F64),
+            // Their marks exceed 1e30 in magnitude.
+            Number::F32 | Number::F64 => return false,
         };
-        let is_mark = if self.revision == Revision::Bcr { value >= high } else { value == low };
-        // In any file, numbers that are NaN, infinite or of magnitude 1e30 or more are missing, too.
-        is_mark || known_or_nan(value).is_nan()
+        if self.revision == Revision::Bcr { value >= high } else { value == low }
     }
 
     /// Contents from the stored numbers.

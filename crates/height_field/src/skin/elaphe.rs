@@ -35,7 +35,7 @@ const TIP_LENGTH: f64 = 0.16;
 /// Position along a layer, in layer periods, beyond which no finger is drawn, to save time. Few random tips reach it.
 const REACH: f64 = 1.3;
 
-/// Shape of the fingers. A negative `lean`, in finger periods per layer period, is towards +y.
+/// Shape of the fingers. They lean by 0.06 finger periods per layer period towards +y.
 const SHAPE: FingerShape = FingerShape { lean: -0.06, flank: FLANK, reach: REACH, half_width, surface_um };
 
 /// Height of a layer's surface at `t`, in µm; at t < 0 it lies under the previous layer.
@@ -79,6 +79,7 @@ fn height_um(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
 fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
     let extent = FINGERS as f64 * PERIOD_UM;
     let mut random = Random::new(SEED);
+    // Numbers are standard deviations, in the units of [`Finger`].
     let table = fingers(LAYERS * FINGERS, &mut random, |random| Finger {
         shift: 0.03 * random.normal(),
         tip: 0.09 * random.normal(),

@@ -2,8 +2,8 @@
 
 use super::SnakeError;
 
-/// Shape and resolution of the snake. The comment of each field gives the accepted range, and the default in
-/// parentheses.
+/// Shape and resolution of the snake. Its skin is a *sheet* of scales over the back and the flanks. The comment of each
+/// field gives the accepted range, and the default in parentheses.
 ///
 /// The default mesh has 10 933 vertices and 21 573 faces. The snake of Single 2014 (M. Single's thesis, *An Interactive
 /// Shader for Natural Diffraction Gratings*) has 11 696 and 22 950.
@@ -27,7 +27,8 @@ pub struct SnakeOptions {
     pub lift_cm: f64,
     /// Factor on the height of the scales over the smooth skin, 0 to 3 (1).
     pub relief: f64,
-    /// Factor on the height of the keels, 0 (smooth scales, like those of the sunbeam snake *Xenopeltis*) to 3 (1).
+    /// Factor on the height of the keels, the ridges along the scales, 0 (smooth scales, like those of the sunbeam
+    /// snake *Xenopeltis*) to 3 (1).
     pub keel: f64,
     /// Spread of the scales' random properties, 0 (all scales alike) to 1 (0.35).
     pub variation: f64,
@@ -93,8 +94,9 @@ impl SnakeOptions {
                 return Err(SnakeError::Number { field, found, least, most });
             }
         }
-        // Seen from above, the angle of the centreline is bend·cos(2πu) (body.rs). Its largest derivative by the length
-        // is the largest curvature, 2π·bend/length. The lower bound avoids a division by zero.
+        // Seen from above, the angle of the centreline is bend·cos(2πu) at the fraction u of its length (body.rs). Its
+        // largest derivative by the length is the largest curvature, 2π·bend/length. The lower bound avoids a division
+        // by zero.
         let bend_radius_cm = self.length_cm / (self.bend_rad * std::f64::consts::TAU).max(1e-9);
         // At the half width itself, the inner side of the bend would shrink to a line. The factor 1.3 leaves room for
         // the scales there.

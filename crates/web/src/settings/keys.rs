@@ -3,7 +3,7 @@
 use super::Settings;
 use super::json::serialised;
 use serde::Serialize;
-use sunbeam::config::{ObliquityChoice, ReliefSource, SurfaceConfig};
+use sunbeam::config::{ReliefSource, SurfaceConfig};
 use sunbeam_realtime::Shape;
 
 /// Keys of the data that the page keeps: text that changes whenever the data have to be built again. Its contents have
@@ -29,10 +29,8 @@ impl Settings {
         (relief.scale, relief.depth) = (config.scale, config.depth);
         let mut method = config;
         if method.conserve_energy != Some(true) {
-            // Without energy conservation the method's data do not depend on these fields. The shader applies them.
-            (method.obliquity, method.shadowing) = (ObliquityChoice::default(), false);
-            // The tables of a film, the page's only transparent body, are those of the relief magnified by its index.
-            // Other tables depend on no index.
+            // Without energy conservation only the tables of a film depend on its index, by which its relief is
+            // magnified. Evaluators apply other indices later, but keep the obliquity factor and the shadowing.
             (method.eta, method.k) = (method.body().map(|body| body.eta), None);
         }
         Keys {

@@ -272,11 +272,12 @@ fn from_points(header: &Header, table: &Table) -> Parsed {
     }
     let mut numbers = table.values.clone();
     mark_missing(header, numbers.iter_mut().skip(2).step_by(3));
+    // Factors that turn x and y into µm. Without a unit of their own, x and y are in µm.
     let grid = points::grid(&numbers, header.lateral_um.unwrap_or([1.0; 2]))?;
     if header.lateral_um.is_none() && header.height_unit != HeightUnit::NotGiven {
         return Err("its header has a unit for z, but none for x and y".to_owned());
     }
-    // Without a unit of their own, x and y are in µm. The coordinates themselves give the order of rows.
+    // The coordinates themselves give the order of rows.
     let source = if header.lateral_um.is_some() { Source::File } else { Source::Default };
     let raw = Raw::new(grid.values, meaning(header), FirstRow::Bottom).pixel(grid.pixel_um).pixel_from(source);
     Ok(with_channel(header, raw.rows_from(Source::File)))
@@ -325,7 +326,7 @@ fn mark_missing<'a>(header: &Header, values: impl Iterator<Item = &'a mut f64>) 
     }
 }
 
-/// Pixel size along x and y in µm from a header, and its origin: the spacing, or the extent divided by the number of
+/// Pixel size along x and y in µm from a header, and its source: the spacing, or the extent divided by the number of
 /// points. `None` without either.
 ///
 /// # Errors
