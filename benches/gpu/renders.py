@@ -31,14 +31,14 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def timed(plan: Plan, kind: str, name: str) -> dict:
-    """Results of `material_times` by material, and ratios of later renders to REFERENCE, which is `roughconductor`.
+    """Results of `material_times` by material, and their ratios to those of REFERENCE, `roughconductor`.
 
-    `reached` tells whether all ratios of wall-clock times meet AIM. The check passes if the pictures are finite and
-    not black.
+    `ratio` has the ratio of `later_s` as `wall` and that of `kernels_s` as `kernels`. `reached` tells whether all
+    ratios of wall-clock times meet AIM. The check passes if the pictures are finite and not black.
     """
     use(plan.variant(kind))
     scene = next(scene for scene in scenes() if scene.name == name)
-    # The times of the first material include the start of the backend. REFERENCE is the last of the materials.
+    # The start of the backend is in `load_s` or `first_s` of the first material, which the ratios leave out.
     seconds = {material: material_times(plan, scene, bsdf) for material, bsdf in scene.bsdfs().items()}
     base = seconds[REFERENCE]
     ratios = {

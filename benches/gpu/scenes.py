@@ -36,13 +36,13 @@ def picture(scene: mi.Scene, seed: int = 0) -> np.ndarray:
 
 
 # Largest difference of a pixel, relative to the brightest pixel, that passes as rounding.
-RELATIVE = 1e-3
+ROUNDING = 1e-3
 # Fraction of pixels that may differ by more, 5 of the 256. Kernels of different structure round differently, which can
 # send a path in another direction.
 STRAY = 0.02
 
 
 def differing(ours: np.ndarray, theirs: np.ndarray) -> float:
-    """The fraction of pixels that differ by more than RELATIVE of the brightest; NaN always differs."""
-    close = np.abs(ours - theirs).max(axis=-1) <= RELATIVE * np.abs(theirs).max()
+    """The fraction of pixels that differ by more than ROUNDING of the brightest; NaN always differs."""
+    close = np.abs(ours - theirs).max(axis=-1) <= ROUNDING * np.abs(theirs).max()
     return float(np.mean(~close))

@@ -34,11 +34,11 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 def run_without_optix(variant: str) -> dict:
     """Runs the process without OptiX; `passed` is whether the calls work, however the render ends.
 
-    Returns `value`, the sum of the BSDF's values if the calls work, and `render`, the result of the render or an error
-    message.
+    Returns `value`, the sum of the BSDF's values if the calls work, and `render`, the result of the render or the
+    error message with which the process ended.
     """
     child = [sys.executable, "-m", __name__, variant]
-    # The supervisor limits the time of the part, and ends this process with it.
+    # Without a timeout: at the time limit of the part, supervisor.py ends this process and its child.
     environment = {**os.environ, OPTIX_VARIABLE: MISSING_LIBRARY}
     done = subprocess.run(child, env=environment, cwd=REPOSITORY, capture_output=True, text=True)
     steps = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]

@@ -50,13 +50,16 @@ def figures(
     `words` are further arguments of `sunbeam bench`. `spp`, `reference_spp` and `repetitions` replace the constants of
     these names, for short runs. The numbers are
 
-    - `rows`, `weights`: statistics of the sampling weight for each surface, and the worst of them by angle;
+    - `rows`: the surfaces in the report of `sunbeam bench`, with statistics of the weight by angle and wavelength;
+    - `weights`: for each surface the worst of these statistics by angle of incidence (`by_angle`), and the tables' MB;
     - `pictures`: a row of `picture` for each surface in each light;
-    - `headline`, `costs`: the cost in Mitsuba by headline.py, and by `cost` in each of VARIANTS.
+    - `headline`: the cost in Mitsuba by headline.py, such as the time to an error;
+    - `costs`: the render times of `cost` in each of VARIANTS.
     """
     report = json.loads(sunbeam("bench", "--what", "sampler", *words))
     in_mitsuba = headline.figures()
-    # Side of a square picture with the number of pixels to which times are scaled.
+    # The plot has the times to the relative error `aim` in each scene and variant (a cell). They are scaled to square
+    # pictures of `nominal_pixels` pixels, with this side.
     side = round(in_mitsuba["nominal_pixels"] ** 0.5)
     draw(in_mitsuba["cells"], in_mitsuba["aim"], side, images(PART) / "time-to-error.svg")
     use_variant("llvm_ad_spectral", fall_back=False)

@@ -18,8 +18,8 @@ from .heights import height_field
 SKINS = ("xenopeltis", "elaphe")
 # Edge of a crop of a preset, equal to that of the scans.
 CROP_UM = 6.5
-# Number of strips into which a scan is cut. Their spacings show how much the period varies within a scan. More strips
-# show more of this variation, but each is narrower and its spacing less certain.
+# Number of strips into which a scan is cut. The periods measured in them (periodicity.py) show the variation within the
+# scan. More strips show more of it, but each is narrower and its period less certain.
 STRIPS = 5
 # Number of random crops of a preset. More crops make the quantiles of their sizes more certain.
 CROPS = 400
@@ -45,8 +45,8 @@ def read(*arguments) -> tuple[np.ndarray, float]:
 def scan(skin: str) -> tuple[np.ndarray, float]:
     """Heights and edge of a pixel of a skin's scan, with the dominant period along x.
 
-    Table 1.1 of the thesis Single 2014 lists this period. In *Elaphe* it is the distance between fingers, long parallel
-    ridges, which lie along x in the file. Its scan is therefore transposed.
+    Table 1.1 of the thesis Single 2014 lists this period. In *Elaphe* it is the distance between long parallel ridges,
+    the fingers. The file has them along x and the period along y, so the scan is transposed.
     """
     heights_um, pixel_um = read("--height-field", SCANS[skin])
     return (heights_um.T if skin == "elaphe" else heights_um), pixel_um
@@ -64,11 +64,11 @@ def strips(heights_um: np.ndarray) -> list[np.ndarray]:
 
 
 def sizes(heights_um: np.ndarray, pixel_um: float) -> dict:
-    """Peak to valley in µm, and after subtracting a plane the rms height in µm and the rms slopes along x and y.
+    """Peak to valley in µm, and after subtracting the best plane the rms height in µm and the rms slopes along x and y.
 
-    Peak to valley includes the plane, as the height of a preset's whole tile does. A slope is the difference of
-    neighbouring pixels over their distance, so finer pixels give larger slopes on a rough relief. Scans and presets
-    have pixels of nearly equal size, 65 and 64 nm.
+    Peak to valley is that of the heights as given, tilt included. A slope is the difference of neighbouring pixels over
+    their distance, so finer pixels give larger slopes on a rough relief. Scans and presets have pixels of nearly equal
+    size, 65 and 64 nm.
     """
     level_um = levelled(heights_um)
     return {
@@ -88,10 +88,10 @@ def levelled(heights: np.ndarray) -> np.ndarray:
 
 
 def size_rows() -> list[dict]:
-    """A row for each skin and each of its `sizes`: that of the scan, and those of random crops of the preset.
+    """A row for each skin and each key of `sizes`: the size of the scan, and the sizes of random crops of the preset.
 
     - `what`: the key of the size in `sizes`. `scan` is its value on the scan.
-    - `crops`, `low`, `high`: the mean and the 5 % and 95 % quantiles over crops as large as the scan.
+    - `crops`, `low`, `high`: the mean, the 5 % quantile and the 95 % quantile over crops as large as the scan.
     - `tile`: the peak to valley of the preset's whole tile, `None` for other sizes.
     """
     rows = []

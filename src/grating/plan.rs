@@ -1,7 +1,19 @@
-//! Plan of a grating's tables: their numbers of nodes and wavelengths, and the cost of their build (symbols: `mod.rs`).
+//! Plan of a grating's tables: their numbers of nodes and wavelengths, and the cost of their build.
 //!
-//! A table has nodes (p, q) over each of its *cells*, the regions of incident waves at which the same orders propagate.
-//! The solver solves *points* (t, b) of a cell: all waves of one Bloch phase b and one bound t of wave numbers along x.
+//! Wave numbers along x are in units of 2π over the period d (further symbols: `mod.rs`). `a` is that of the incident
+//! wave, a + m that of order m, and t = (d/λ)·√(1 − ky²/k²) bounds |a + m| of the orders that propagate in the air. The
+//! Bloch phase b is `a` up to an integer.
+//!
+//! Lines of whole t − a and t + a divide the plane (t, a) into *cells*, in each of which the same number of orders
+//! propagates. p and q are the fractional parts of t − a and t + a, a wave's position in its cell. The solver solves
+//! nodes (p, q) of each cell, each for all orders at once; a node determines the *point* (t, b). The table has nodes of
+//! its own, interpolated from the solved ones. A *channel* is an order on one side of the relief. At each node a table
+//! has an *entry*, such as an efficiency, for each pair of an incident and an outgoing channel.
+//!
+//! Nodes on the profile, at which fields are solved, are *mesh nodes*. The field between two of them is summed over the
+//! periods, by *lattice sums* for the air and for the medium. At given t and b, those of the air are the same at all
+//! wavelengths. Those of a medium of index n depend on `tm² = t² + (n² − 1)(d/λ)²`, and so on the wavelength. An
+//! interface also has cells of the medium, where light is totally reflected: there tm takes the place of t.
 
 use super::GratingError;
 use super::body::GratingBody;
@@ -15,17 +27,17 @@ use crate::scattering::{ComplexIndex, SpectralIndex};
 use crate::table::{Estimate, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use sunbeam_rigorous::Profile;
 
-/// Most nodes of a table along either side of a cell; more would enlarge the table. A perfect conductor's table, whose
-/// efficiencies do not depend on the wavelength, has this number.
+/// Most nodes of a table along either side of a cell; chosen. More would reduce the error of linear look-ups, and
+/// enlarge the table. A perfect conductor's table, whose efficiencies do not depend on the wavelength, has this number.
 const STORED_MAX: usize = 32;
 /// Size in bytes up to which a table has more than [`STORED`] nodes along either side of a cell. A larger table would
 /// not fit into a processor's cache.
 const BYTES_MAX: f64 = 4e6;
 /// Bytes of a stored efficiency.
 const ENTRY_BYTES: f64 = 2.0;
-/// Accepted RMS of an efficiency's highest Chebyshev terms, in a table of [`FULL_CELLS`] cells or more. Larger values
-/// leave a larger error, smaller ones need more solved points. Fewer cells have a stricter tolerance, in proportion to
-/// their number, since fewer orders share the light.
+/// Accepted RMS of an efficiency's two highest Chebyshev terms over a cell, in a table of [`FULL_CELLS`] cells or more.
+/// Larger values leave a larger error, smaller ones need more solved points. Fewer cells have a stricter tolerance, in
+/// proportion to their number, since fewer orders share the light.
 const TERMS_TOLERANCE: f64 = 6e-3;
 /// Number of cells from which [`TERMS_TOLERANCE`] applies unscaled: that of a period of 2.3 µm.
 const FULL_CELLS: f64 = 14.0;
@@ -33,12 +45,22 @@ const FULL_CELLS: f64 = 14.0;
 /// adds little.
 const WAVELENGTH_TOLERANCE: f64 = 0.25 * TERMS_TOLERANCE;
 
-// The following times serve estimates of a build alone. A slower machine takes longer than estimated.
+// The following constants serve estimates of a build alone. A slower machine takes longer than estimated.
 
-/// Seconds on one core for the lattice sums of a medium at one point and wavelength, over the squared number of nodes
-/// on the profile. Measured: 1e-6 for air, 6e-7 where no order propagates in it, and 1.5e-6 for dielectrics.
+/// Chebyshev nodes along either side of a cell at which most cells of a dielectric are solved, 8. Its efficiencies vary
+/// smoothly, without the anomalies of metals, so the fewest suffice.
+const DIELECTRIC_NODES: usize = NODE_COUNTS[0];
+/// The same number for metals and perfect conductors, 17.
+const METAL_NODES: usize = NODE_COUNTS[2];
+/// Step between wavelengths in nm that tables of dielectrics commonly have, 80.
+const DIELECTRIC_STEP_NM: f64 = STEPS_NM[0];
+/// The same step for metals, 20.
+const METAL_STEP_NM: f64 = STEPS_NM[2];
+/// Seconds on one core for the lattice sums of the air or of a medium at one point and wavelength, over the squared
+/// number of mesh nodes. A middle value: measured are 1e-6 in air, 6e-7 where no order propagates in it, and 1.5e-6 in
+/// dielectrics.
 const LATTICE_SECONDS: f64 = 1e-6;
-/// Seconds on one core for the solution at one point and wavelength, over the cubed number of nodes on the profile;
+/// Seconds on one core for the remaining solution at one point and wavelength, over the cubed number of mesh nodes;
 /// measured.
 const SOLUTION_SECONDS: f64 = 1.2e-9;
 
@@ -51,7 +73,7 @@ pub(super) struct CostBasis {
     pub sides: u32,
     /// Points (t, b) solved for each cell, for estimates of reflectors and films.
     pub points_per_cell: f64,
-    /// Bytes of the values that the table has for a pair of channels in one cell at one wavelength, for estimates of
+    /// Bytes of the entries of a pair of channels at all nodes of one cell at one wavelength, for estimates of
     /// interfaces.
     pub pair_bytes: f64,
 }
@@ -59,16 +81,14 @@ pub(super) struct CostBasis {
 impl CostBasis {
     /// Quantities of a table of efficiencies of a grating with this period on a body.
     pub(super) fn of_efficiencies(period_um: f64, body: GratingBody<'_>) -> Self {
-        // Number of nodes along a side at which most cells are solved: 8 or 17. Efficiencies of dielectrics vary
-        // smoothly, without the anomalies of metals, so the fewest suffice.
-        let nodes = if body.is_dielectric() { NODE_COUNTS[0] } else { NODE_COUNTS[2] };
+        let nodes = if body.is_dielectric() { DIELECTRIC_NODES } else { METAL_NODES };
+        // The points with p > q follow from the others by reciprocity.
         let points_per_cell = triangle_count(nodes) as f64;
         Self { period_um, sides: body.sides(), points_per_cell, pair_bytes: PAIR_BYTES }
     }
 }
 
-/// Meshes of a profile on a body (sets of nodes at which fields are solved), for all wavelengths. Checks the cost of
-/// the build first.
+/// Meshes (sets of mesh nodes) of a profile on a body, for all wavelengths. Checks the cost of the build first.
 ///
 /// # Errors
 /// Profiles and indices that the solver refuses, and a build whose estimate exceeds `build_limit` times the limits of
@@ -91,10 +111,10 @@ pub(super) fn create_meshes(
     let resolution = sufficient_resolution(profile, index)?;
     let cost = match body {
         GratingBody::Interface(eta) => {
-            let nodes = resolution.nodes as f64;
-            // Each wavelength has lattice sums of the medium in cells of the air, and those of the air in cells of the
-            // medium.
-            let seconds = LATTICE_SECONDS * nodes * nodes + SOLUTION_SECONDS * nodes.powi(3);
+            let mesh_nodes = resolution.nodes as f64;
+            // Each wavelength needs the lattice sums of one side alone: of the medium in cells of the air, and of the
+            // air in cells of the medium, at given tm. Those that all wavelengths of a point share are left out.
+            let seconds = LATTICE_SECONDS * mesh_nodes * mesh_nodes + SOLUTION_SECONDS * mesh_nodes.powi(3);
             InterfacePlan::new(basis.period_um, eta).estimate(seconds, basis.pair_bytes)
         }
         GratingBody::Reflector(_) | GratingBody::Film(_) => estimate(basis, resolution.nodes, body),
@@ -132,26 +152,29 @@ pub(super) fn choose_resolution(basis: CostBasis, spacing: Option<Spacing>) -> T
     let cells = cell_count(basis.period_um);
     let stored = spacing.map_or(STORED_MAX, |spacing| {
         let wavelengths = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / spacing.step_nm;
-        // The number of entries is proportional to the squares of the nodes along a side and of the number of sides.
+        // The number of nodes at which the bytes of `estimate` are BYTES_MAX.
         let fitting = (BYTES_MAX / ENTRY_BYTES / entries(cells, wavelengths)).sqrt() / f64::from(basis.sides);
         (fitting as usize).clamp(STORED, STORED_MAX)
     });
     TableResolution { stored, spacing, tolerance: TERMS_TOLERANCE * (cells / FULL_CELLS).min(1.0) }
 }
 
-/// Cost of the build of a reflector's or film's table on two cores, hence the factor ½. `nodes` is the number of nodes
-/// on the profile. Steps between wavelengths are those that films (80 nm) and metals (20 nm) commonly have.
-fn estimate(basis: CostBasis, nodes: usize, body: GratingBody<'_>) -> Estimate {
+/// Cost of the build of a reflector's or film's table on two cores, hence the factor ½. The seconds count all
+/// cells at every wavelength. More nodes than [`STORED`] are not counted: [`choose_resolution`] takes them only up to
+/// [`BYTES_MAX`], far below the limits.
+fn estimate(basis: CostBasis, mesh_nodes: usize, body: GratingBody<'_>) -> Estimate {
     let cells = cell_count(basis.period_um);
     let is_perfect = matches!(body, GratingBody::Reflector(None));
-    // A metal's lattice sums are tabulated.
-    let (step_nm, lattice) = if body.is_dielectric() { (STEPS_NM[0], LATTICE_SECONDS) } else { (STEPS_NM[2], 0.0) };
+    // The lattice sums of a metal are tabulated, and a perfect conductor has none.
+    let (step_nm, medium_lattice) =
+        if body.is_dielectric() { (DIELECTRIC_STEP_NM, LATTICE_SECONDS) } else { (METAL_STEP_NM, 0.0) };
     let (wavelengths_nm, _) = table_wavelengths(basis.period_um, Some(step_nm));
     let (wavelengths, nodes_per_side) =
         if is_perfect { (1.0, STORED_MAX) } else { (wavelengths_nm.len() as f64, STORED) };
-    let nodes = nodes as f64;
-    let solution_seconds = lattice * nodes * nodes + SOLUTION_SECONDS * nodes.powi(3);
-    let point_seconds = LATTICE_SECONDS * nodes * nodes + wavelengths * solution_seconds;
+    let mesh_nodes = mesh_nodes as f64;
+    let wavelength_seconds = medium_lattice * mesh_nodes * mesh_nodes + SOLUTION_SECONDS * mesh_nodes.powi(3);
+    // The wavelengths share the lattice sums of the air.
+    let point_seconds = LATTICE_SECONDS * mesh_nodes * mesh_nodes + wavelengths * wavelength_seconds;
     let table_nodes = (nodes_per_side as f64).powi(2);
     Estimate {
         bytes: ENTRY_BYTES * table_nodes * entries(cells, wavelengths) * f64::from(basis.sides).powi(2),
@@ -159,14 +182,18 @@ fn estimate(basis: CostBasis, nodes: usize, body: GratingBody<'_>) -> Estimate {
     }
 }
 
-/// Number of cells at the shortest wavelength, not rounded: indices s are at most `2t ≤ 2d/λ`.
+/// Number of cells at the shortest wavelength, not rounded. The index `s = ⌊t − a⌋ + ⌊t + a⌋` is at most 2t, and t at
+/// most d/λ, so s runs from 0 to 2d/λ.
 fn cell_count(period_um: f64) -> f64 {
     2e3 * period_um / WAVELENGTH_MIN_NM + 1.0
 }
 
-/// Entries of one side of a table for each node (p, q), summed over cells and wavelengths. Cell s has about (s + 1)² of
-/// them, and `cells` cells have `cells³/3`. Longer wavelengths have fewer cells, and on average a third of the entries
-/// of the shortest. A perfect conductor counts as one wavelength with all cells.
+/// Entries at one node (p, q) of each cell, summed over cells and wavelengths, of a table with channels on one side.
+/// With two sides there are four times as many.
+///
+/// Cell s has s + 1 orders and about (s + 1)² entries, so `cells` cells have about `cells³/3`. The number of cells is
+/// proportional to 1/λ, and the mean of (360/λ)³ from 360 to 830 nm is about a third. A perfect conductor counts as one
+/// wavelength with all cells.
 fn entries(cells: f64, wavelengths: f64) -> f64 {
     cells.powi(3) / 3.0 * (wavelengths / 3.0).max(1.0)
 }

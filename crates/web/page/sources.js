@@ -1,5 +1,6 @@
 // Selection of the relief: a preset, a visitor's file, or an example. The form `scale` asks for the scale of a file
-// that has none.
+// that has none. state.js explains the fields of `page`. A function that has waited for a file is stale, and must end
+// without an effect, if `page.choices` has changed in the meantime.
 
 import { showControls } from "./panel.js";
 import { change, settingsChanged } from "./settings.js";
@@ -10,11 +11,26 @@ import { showMessage, showProgress } from "./words.js";
 const withoutSource = (surface) =>
   Object.fromEntries(Object.entries(surface).filter(([key]) => !page.engine.catalogue.source_fields.includes(key)));
 
+/** The promise that `withProgress` awaited last. */
+let awaited = null;
+
+/** Awaits a promise and shows `text` meanwhile, unless another promise or a build shows its own text. */
+async function withProgress(text, promise) {
+  awaited = promise;
+  showProgress(text);
+  try {
+    return await promise;
+  } finally {
+    if (awaited === promise && byId("progress-text").textContent === text) showProgress(null);
+  }
+}
+
 /** Selects a preset. */
 export function choosePreset(preset) {
   page.choices += 1;
   page.source = page.wanted = page.example = null;
   showWanted();
+  showStill(undefined);
   byId("scale").hidden = true;
   change((settings) => (settings.surface = { ...withoutSource(settings.surface), preset }));
 }
@@ -29,24 +45,24 @@ export async function chooseFile(file) {
     return;
   }
   const choice = ++page.choices;
+  const isStale = () => choice !== page.choices;
   let sha256;
   try {
-    showProgress("Reading the file");
-    sha256 = await page.engine.checksum(file);
+    sha256 = await withProgress("Reading the file", page.engine.checksum(file));
   } catch (error) {
-    showProgress(null);
-    if (error.kind !== "cancelled") showMessage(error.message);
+    if (!isStale() && error.kind !== "cancelled") showMessage(error.message);
     return;
   }
-  showProgress(null);
-  if (choice !== page.choices) return;
+  if (isStale()) return;
   const { wanted } = page;
-  // Clears the key of the relief in hand: a file that is dropped a second time is read again, so that its scale can be
-  // entered anew.
+  // Without a key the relief counts as missing: a file that is dropped a second time is read again, so that its scale
+  // can be entered anew.
   page.keys = { ...page.keys, relief: null };
   page.source = { name: file.name, file, sha256 };
   page.example = null;
+  showStill(undefined);
   if (wanted) {
+    // The surface is that of the link, with its scale, if any.
     page.wanted = null;
     showWanted();
     if (wanted.sha256 && wanted.sha256 !== sha256) {
@@ -54,6 +70,7 @@ export async function chooseFile(file) {
     }
     // The visitor may have renamed the file.
     page.settings.surface.filename = file.name;
+    // Unlike `change`, this keeps the message.
     settingsChanged();
     return;
   }
@@ -74,20 +91,19 @@ export function showWanted() {
 /** Selects an example with its settings and file, if any. Camera, sun and map stay unless the settings have them. */
 export async function chooseExample(example) {
   const choice = ++page.choices;
+  const isStale = () => choice !== page.choices;
   let source = null;
   if (example.file) {
-    showProgress("Fetching the scan");
     try {
-      source = await fetched(example);
+      source = await withProgress("Fetching the scan", fetched(example));
     } catch (error) {
-      showProgress(null);
+      if (isStale()) return;
       showMessage(error.message);
-      // Marks the selected card again in place of the one clicked on.
+      // The click has marked this card; the card of `page.example` is marked again.
       showControls();
       return;
     }
-    showProgress(null);
-    if (choice !== page.choices) return;
+    if (isStale()) return;
   }
   const { camera, sun, map } = page.settings;
   try {
@@ -115,8 +131,8 @@ export async function fetched(example) {
 }
 
 /**
- * Shows the ready-made picture of an example if there is no graphics device. Undefined stands for no example. Examples
- * that were built without a graphics adapter have no picture.
+ * Shows the ready-made picture of an example if there is no graphics device. Hides it for `undefined`, no example, and
+ * for examples that were built without a graphics adapter, which have no picture.
  */
 export function showStill(example) {
   byId("still").hidden = page.adapter !== null || !example?.thumbnail;

@@ -51,7 +51,7 @@ def require_command() -> str:
 def surface_words(parameters: Mapping[str, Value]) -> list[str]:
     """Command-line arguments that describe a surface, such as ``--pixel-size=0.1``.
 
-    Parameters outside SOURCE and SURFACE, the command's own in ``limits``, are left out: only Mitsuba knows them.
+    The command knows the parameters in SOURCE and SURFACE of limits.py. The others are left out.
     """
     words = []
     for name, value in parameters.items():
@@ -84,7 +84,8 @@ def describe(parameters: Mapping[str, Value]) -> dict[str, Any]:
     # A missing file gets time 0, which has no effect: the command refuses the file.
     changed_ns = os.stat(str(name)).st_mtime_ns if name is not None and os.path.exists(str(name)) else 0
     # Without the optics, surfaces that differ in them alone share one report. Its estimate of the tables is then that
-    # of a reflector. Tables of transmission, whose relief is magnified by ``eta``, are larger.
+    # of a reflector. Tables of transmission, whose relief is magnified by ``eta``, are larger; only the library's build
+    # limit refuses them.
     optics = ("eta", "k", "obliquity", "transmission")
     relief = {key: value for key, value in parameters.items() if key not in optics}
     return _described(tuple(surface_words(relief)), changed_ns)

@@ -189,7 +189,9 @@ impl Truth {
         // 4πs²/λ², the factor on both sums.
         let peak = |i: usize| window.order_peak_um2() / wavelength_um(i % wavelengths).powi(2);
         let patch = totals.iter().enumerate().map(|(i, total)| peak(i) * total.amplitude.norm_sqr()).collect();
-        let ensemble = totals.iter().enumerate().map(|(i, total)| peak(i) * total.power.max(0.0)).collect();
+        // `f64::max` would turn a NaN into 0.
+        let power = |total: &Total| if total.power < 0.0 { 0.0 } else { total.power };
+        let ensemble = totals.iter().enumerate().map(|(i, total)| peak(i) * power(total)).collect();
         Self { step_nm, wavelengths, patch, ensemble, sums: sums.to_vec(), coherence_length_um }
     }
 
@@ -204,7 +206,8 @@ impl Truth {
         &all[pair * self.wavelengths..][..self.wavelengths]
     }
 
-    /// Compares `count` values, spread over pairs and wavelengths, with the direct sum over `field`.
+    /// Compares `count` values, spread over pairs and wavelengths, with the direct sum over `field`. A NaN in either
+    /// makes the largest deviation NaN.
     pub(crate) fn check(&self, field: &HeightField, count: usize) -> TruthCheck {
         let mut largest = 0.0f64;
         for i in 0..count {
@@ -221,7 +224,11 @@ impl Truth {
             let scale = patch.max(ensemble).max(DENSITY_FLOOR_UM2);
             for (model, exact) in [(Model::Patch, patch), (Model::Ensemble, ensemble)] {
                 let found = self.spectrum(model, pair)[wavelength] * um * um;
-                largest = largest.max((found - exact).abs() / scale);
+                let deviation = (found - exact).abs() / scale;
+                // `f64::max` would drop a NaN. Once `largest` is NaN, nothing exceeds it.
+                if deviation.is_nan() || deviation > largest {
+                    largest = deviation;
+                }
             }
         }
         TruthCheck { compared: count, largest }
@@ -246,6 +253,7 @@ fn lagrange(node_angle: f64, x: f64, nodes: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ndarray::Array2;
 
     #[test]
     fn interpolation_reproduces_polynomials() {
@@ -258,5 +266,16 @@ mod tests {
                 assert!((found - x.powi(degree)).abs() < 1e-13, "{x}^{degree}: {found}");
             }
         }
+    }
+
+    #[test]
+    fn a_nan_in_the_reference_is_found() {
+        let heights_um = Array2::from_shape_fn((4, 4), |(iy, ix)| 0.02 * (ix + 2 * iy) as f64);
+        let field = HeightField::new(heights_um, 0.5, 0.5).unwrap();
+        let mut truth = Truth::new(&field, 5.0, &[[0.1, 0.0, 1.9]], 5.0);
+        assert!(truth.check(&field, 2).largest.is_finite());
+        // The NaN of the first wavelength must not be lost at the second.
+        truth.patch[0] = f64::NAN;
+        assert!(truth.check(&field, 2).largest.is_nan());
     }
 }

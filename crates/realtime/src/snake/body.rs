@@ -89,16 +89,16 @@ impl Body {
         let position = u.clamp(0.0, 1.0) * (STEPS as f64);
         let index = (position as usize).min(STEPS - 1);
         let t = position - index as f64;
-        let (a, b) = (&self.stations[index], &self.stations[index + 1]);
-        let forward = a.forward.lerp(b.forward, t).normalize();
-        let up = a.up.lerp(b.up, t).reject_from_normalized(forward).normalize();
+        let (before, after) = (&self.stations[index], &self.stations[index + 1]);
+        let forward = before.forward.lerp(after.forward, t).normalize();
+        let up = before.up.lerp(after.up, t).reject_from_normalized(forward).normalize();
         // Cubic Hermite interpolation with step h in cm, so that positions are as smooth as directions.
         let h = self.length_cm / STEPS as f64;
         let (t2, t3) = (t * t, t * t * t);
-        let centre = a.centre * (2.0 * t3 - 3.0 * t2 + 1.0)
-            + a.forward * (h * (t3 - 2.0 * t2 + t))
-            + b.centre * (3.0 * t2 - 2.0 * t3)
-            + b.forward * (h * (t3 - t2));
+        let centre = before.centre * (2.0 * t3 - 3.0 * t2 + 1.0)
+            + before.forward * (h * (t3 - 2.0 * t2 + t))
+            + after.centre * (3.0 * t2 - 2.0 * t3)
+            + after.forward * (h * (t3 - t2));
         Station { centre, forward, up }
     }
 
@@ -117,8 +117,8 @@ fn relative_height(cos: f64) -> f64 {
 }
 
 /// Unit direction of the centreline at `u`. Seen from above, its angle with +x is bend·cos(2πu), which gives an S. The
-/// slope lift·π/length·sin(2πu) integrates to the height lift/2·(1 − cos(2πu)): lift at the middle and 0 at the tail,
-/// approximately, because the direction is normalised.
+/// slope lift·π/length·sin(2πu), integrated over the distance length·u, gives the height lift/2·(1 − cos(2πu)) above
+/// the head: lift at the middle and 0 at the tail. This is approximate, because the direction is normalised.
 fn heading(options: &SnakeOptions, u: f64) -> DVec3 {
     let turn = options.bend_rad * (TAU * u).cos();
     let slope = options.lift_cm * PI / options.length_cm * (TAU * u).sin();
@@ -158,10 +158,8 @@ fn transported_up(up: DVec3, forward: DVec3, next: DVec3, chord: DVec3) -> DVec3
     let reflect = |x: DVec3, axis: DVec3| x - axis * (2.0 * axis.dot(x) / axis.length_squared());
     let reflected_forward = reflect(forward, chord);
     let reflected_up = reflect(up, chord);
-    // The second reflection maps the reflected direction to the next one. None is needed if they are equal up to
-    // rounding errors, about 1e-16 in each component.
-    let axis = next - reflected_forward;
-    if axis.length_squared() < 1e-24 { reflected_up } else { reflect(reflected_up, axis) }
+    // The first reflection about reverses `forward`; the second maps the result to `next`.
+    reflect(reflected_up, next - reflected_forward)
 }
 
 /// [`Body::arcs_cm`] for the half width `radius_cm`, by the midpoint rule.

@@ -5,7 +5,7 @@ use super::Matrix;
 use ndarray::{Array2, ArrayView2, ArrayViewMut, Axis, Dimension, Ix1, Ix2, ShapeBuilder, Zip};
 use num_complex::Complex64;
 
-/// Real and imaginary part of a complex array: two real arrays of the same shape, in column-major order.
+/// Real and imaginary part of a complex array: two real arrays of the same shape.
 pub(super) struct Planes<A> {
     pub(super) re: A,
     pub(super) im: A,
@@ -17,7 +17,7 @@ pub(super) type View<'a> = Planes<ArrayView2<'a, f64>>;
 pub(super) type ViewMut<'a, D = Ix2> = Planes<ArrayViewMut<'a, f64, D>>;
 
 impl Planes<Array2<f64>> {
-    /// The zero matrix.
+    /// The zero matrix, in column-major order.
     pub(super) fn zeros(rows: usize, columns: usize) -> Self {
         Self { re: Array2::zeros((rows, columns).f()), im: Array2::zeros((rows, columns).f()) }
     }
@@ -52,15 +52,13 @@ impl<'a> View<'a> {
     /// Quadrants `[[upper left, upper right], [lower left, lower right]]`. The lower right quadrant begins at row
     /// `index` and column `index`.
     pub(super) fn quadrants(&self, index: usize) -> [[Self; 2]; 2] {
-        let cut = |plane: ArrayView2<'a, f64>| {
-            let (upper, lower) = plane.split_at(Axis(0), index);
-            [upper, lower].map(|half| <[_; 2]>::from(half.split_at(Axis(1), index)))
+        let halves = |view: Self, axis: Axis| {
+            let (re_before, re_from) = view.re.split_at(axis, index);
+            let (im_before, im_from) = view.im.split_at(axis, index);
+            [Self { re: re_before, im: im_before }, Self { re: re_from, im: im_from }]
         };
-        let ([re_upper, re_lower], [im_upper, im_lower]) = (cut(self.re), cut(self.im));
-        let join = |[re_left, re_right]: [ArrayView2<'a, f64>; 2], [im_left, im_right]: [ArrayView2<'a, f64>; 2]| {
-            [Self { re: re_left, im: im_left }, Self { re: re_right, im: im_right }]
-        };
-        [join(re_upper, im_upper), join(re_lower, im_lower)]
+        let (rows, columns) = (Axis(0), Axis(1));
+        halves(Self { re: self.re, im: self.im }, rows).map(|half| halves(half, columns))
     }
 }
 
