@@ -73,8 +73,8 @@ def test_the_readme_s_scene_renders_in_an_empty_environment(wheel, tmp_path):
     subprocess.run([sys.executable, "-m", "venv", str(environment)], check=True)
     python = environment / "bin" / "python"
     pinned = [f"mitsuba=={installed_version('mitsuba')}", f"numpy=={installed_version('numpy')}"]
-    words = ["install", "--quiet", "--disable-pip-version-check", "--only-binary=:all:", str(wheel), *pinned]
-    subprocess.run([str(python), "-m", "pip", *words], check=True, timeout=600)
+    words = ["install", "--quiet", "--disable-pip-version-check", "--no-compile", "--only-binary=:all:"]
+    subprocess.run([str(python), "-m", "pip", *words, str(wheel), *pinned], check=True, timeout=600)
     readme = (REPOSITORY / "README.md").read_text(encoding="utf-8")
     (scene,) = re.findall(r"```python\n(import mitsuba.*?)```", readme, re.S)
     scene = scene.replace('mi.file_resolver().append("target/mitsuba")', IMPORT)

@@ -153,7 +153,7 @@ def test_polarised_variants_have_the_unpolarised_values(body):
 
 
 def test_shallow_reliefs_have_the_matrices_of_the_scalar_theory():
-    shallow = {**FILM, "height": 0.01, "coherence_length": 3.0}
+    shallow = {**FILM, "period": 0.9, "height": 0.01, "coherence_length": 3.0}
     scalar = {name: value for name, value in shallow.items() if name != "theory"}
     wi, wo, _ = pairs(400, 5, shallow)
     kept = (np.abs(wi[:, 2]) > 0.2) & (np.abs(wo[:, 2]) > 0.2)
