@@ -145,7 +145,7 @@ fn wide_orders_reflect_at_most_what_arrives_at_grazing_incidence() {
 
 /// Without division the same queries find albedos far above the bound, so that they can fail.
 #[test]
-fn queries_find_what_is_not_divided() {
+fn undivided_albedos_exceed_the_bound() {
     let plain = Options { conserve_energy: false, ..Options::default() };
     for name in [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar] {
         let (most, ..) = largest_albedo(&preset(name), &build(&preset(name), &plain), 200, 5);
@@ -211,7 +211,7 @@ fn without_scaling_a_sinusoid_at_grazing_makes_energy() {
 }
 
 #[test]
-fn what_makes_no_energy_is_left_alone() {
+fn albedos_below_one_are_not_divided() {
     let flat = build(&preset(Preset::Flat), &Options::default());
     let mut random = Random::new(3);
     for _ in 0..200 {

@@ -143,7 +143,7 @@ fn deep_relief() {
 }
 
 #[test]
-fn a_millimetre_of_offset() {
+fn heights_a_millimetre_up_give_the_same_values() {
     let near = waves(16, 12, 0.2, 0.2, 0.4);
     let far = field(near.heights_um() + 1000.0, 0.2, 0.2);
     both("1 mm up", &far, &Options::default());
