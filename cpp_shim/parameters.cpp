@@ -35,8 +35,8 @@ constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
 // Parameters that are read only where light is transmitted.
 constexpr const char *OF_TRANSMISSION[] = { "back_reflection", "int_ior", "ext_ior", "specular_transmittance" };
 
-// All parameters of the plugin, for messages. Those up to build_limit go to Rust. tests/test_docs.py compares the list
-// with docs/plugin.md.
+// All parameters of the plugin, for messages. Those up to build_limit go to Rust, as does `eta` where light is
+// transmitted. tests/test_docs.py compares the list with docs/plugin.md.
 constexpr const char *ALL_NAMES =
     "preset, period, height, region_size, region_spread, filename, pixel_size, max_height, channel, fill, level, "
     "tiling, scale, depth, theory, coherence_length, model, obliquity, conserve_energy, shadowing, cover_eta, "
@@ -240,7 +240,8 @@ std::optional<double> transparent_index(const Properties &props) {
     }
     const double inner = medium_index(props, "int_ior", "bk7"), outer = medium_index(props, "ext_ior", "air");
     // The relief's wavelengths are those in air.
-    if (std::abs(outer - 1.0) > AIR_TOLERANCE)
+    // The negated comparison also refuses NaN.
+    if (!(std::abs(outer - 1.0) <= AIR_TOLERANCE))
         Throw("parameter \"ext_ior\" is %.9g, but must be that of air or vacuum", outer);
     return inner / outer;
 }
@@ -295,7 +296,7 @@ std::optional<IndexSpectrum> index_spectrum(const Properties &props, const std::
     index.k = { 0.0 };
     if (!read_parameter("eta", index.eta_nm, index.eta) ||
         (props.has_property("k") && !read_parameter("k", index.k_nm, index.k)))
-        return {};
+        return std::nullopt;
     return index;
 }
 

@@ -250,7 +250,7 @@ impl<N: Numbers> ColourSamplerView<N> {
     }
 
     /// Density of [`ColourSamplerView::draw`] over the plane of tangential wave vectors; zero where the mask is false.
-    /// `outgoing` is the tangential part of the outgoing wave vector, times [`Passage::turn`].
+    /// `outgoing` is the tangential part of the outgoing wave vector, which the caller multiplied by [`Passage::turn`].
     #[inline(always)]
     pub(crate) fn density(&self, passage: &Passage<N>, outgoing: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
@@ -275,8 +275,8 @@ impl<N: Numbers> ColourSamplerView<N> {
         N::Real::select(has_mass, mass / total * nodes_per_area, lit(0.0))
     }
 
-    /// Draws the tangential part of an outgoing wave vector, times [`Passage::turn`], from two random numbers in [0,
-    /// 1). It may lie beyond the passage's reach. The mask is false where nothing is scattered.
+    /// Draws the tangential part of an outgoing wave vector from two random numbers in [0, 1). The caller multiplies it
+    /// by [`Passage::turn`]. It may lie beyond the passage's reach. The mask is false where nothing is scattered.
     #[inline(always)]
     pub(crate) fn draw(&self, passage: &Passage<N>, random: [N::Real; 2], active: N::Mask) -> ([N::Real; 2], N::Mask) {
         let lit = N::Real::lit;

@@ -91,7 +91,7 @@ fn scalar(
             let z = (index * index - tangential_squared).sqrt();
             let wo = [x, y, if is_below { -z } else { z }].map(|component| component / index);
             let pair = BodyOrder::new(crossed_body, wi, wo);
-            // This is m, or −m where the pair reverses its scattering vector so that the vector points up.
+            // The amplitude's number: m, or −m where the pair reverses its scattering vector so that it points up.
             let number = screen.number(pair.tangential[0]);
             let power = screen.power(number, pair.kappa(screen.wavelength_um));
             let [te, tm] = te_tm(&pair, wi, x).map_or([None; 2], |factors| factors.map(|factor| Some(factor * power)));
