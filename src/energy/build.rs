@@ -3,9 +3,11 @@
 //! ```text
 //! f(wi, wo)  reflectance of the model in 1/sr
 //! a(wi)      its albedo, ∫ f cosθo dωo
-//! A(w)       divisor of a direction. The table holds (A − 1)·cos²θ, with θ the angle of w with the normal
+//! A(w)       divisor of a direction: f is divided by max(1, A(wi), A(wo)). The table holds (A − 1)·cos²θ, with θ the
+//!            angle of w with the normal
 //! b(w)       known lower bound of the divisor: 1 ≤ b ≤ max(1, A)
-//! t(wi)      least t ≥ 1 with ∫ f min(1, t/b(wo)) cosθo dωo ≤ t: the smallest divisor that the bound b allows
+//! I(T)       ∫ f min(1, T/b(wo)) cosθo dωo. With T = max(1, A(wi)), I(T)/T bounds the albedo after division
+//! t(wi)      least t ≥ 1 with I(t) ≤ t: the smallest divisor of wi with which no albedo above 1 remains
 //! ```
 //!
 //! - A *node* is a corner of the grid's cells in one group. *Quadrature nodes* of an integral, and *narrow nodes*, the
@@ -147,10 +149,12 @@ impl<'a, const K: usize> Builder<'a, K> {
             2 * coarse_groups * self.integrated_nodes(coarse_grid) + self.groups * self.integrated_nodes(grid) + cells,
         );
         let albedo = self.fill_nodes(coarse_grid, COARSE_STRIDE, None, &steps);
+        // `tabulated` sets negligible excesses to zero.
         if self.integral.is_dielectric() && albedo.values.iter().flatten().all(|value| *value == 0.0) {
             return None;
         }
-        // With a in the place of b, which a may exceed: this t is no divisor yet, but serves as b of the table's nodes.
+        // This t has a in place of b. Since a may exceed the final divisor, t may be too small to be a divisor. It is the
+        // b of the table's nodes instead, which are raised to it below.
         let coarse = self.fill_nodes(coarse_grid, COARSE_STRIDE, Some(&albedo), &steps);
         let mut nodes = self.fill_nodes(grid, 1, Some(&coarse), &steps);
         // t bounds the albedo only if A ≥ b everywhere. `least` has b, the coarse table, at the table's nodes.
@@ -189,6 +193,7 @@ impl<'a, const K: usize> Builder<'a, K> {
             let (group_at, node) = ((i / integrated * stride) as f64, i % integrated);
             let position = grid.position(node);
             let (wi, radius) = grid.direction(position);
+            // No direction is interpolated from such a node.
             if grid.is_beyond(radius) {
                 return [0.0; K];
             }
@@ -244,6 +249,7 @@ impl<'a, const K: usize> Builder<'a, K> {
         let divided: Vec<_> = parts
             .into_iter()
             .map(|(wo, part)| {
+                // `b` has every other group.
                 let excess = b.excess::<Lanes>(group_at / COARSE_STRIDE as f64, wo);
                 (part, std::array::from_fn::<Real4, K, _>(|k| part[k] / (Real4::lit(1.0) + excess[k])))
             })
@@ -252,7 +258,9 @@ impl<'a, const K: usize> Builder<'a, K> {
     }
 
     /// Tabulated value `(A − 1)·cos²θ` that `t` requires in a direction wi at `radius` of the grid. The excess is
-    /// increased towards the horizon; at nodes the margin is added.
+    /// increased in proportion to itself ([`MARGIN`]), at the rim of the grid ([`RIM_INCREASE`]), and near the horizon
+    /// where there are ridges ([`GRAZING_INCREASE`]). At nodes the margin is added, too: a share of t for errors between
+    /// them.
     fn tabulated(&self, t: [f64; K], is_node: bool, wi: Vec3, radius: f64, grid: Grid) -> [f64; K] {
         // Unlike `AlbedoIntegral::has_ridges`, includes spectral tables of many narrow nodes, whose ridges are low.
         let any_ridges = !self.ridge_cosines.is_empty();
@@ -279,7 +287,7 @@ impl<'a, const K: usize> Builder<'a, K> {
 /// Lowers `first_t`, the upper bound max(1, a) of `t` in each plane, towards `t`. `parts` are pairs: a part of the
 /// integral a, and this part divided by b(wo).
 ///
-/// Each iteration replaces t by the larger of 1 and I(t), the integral in its definition. The first t fulfils the
+/// Each iteration replaces t by the larger of 1 and I(t) (symbols at the head). The first t fulfils the
 /// condition I(t) ≤ t, and I does not decrease with t, unless parts are negative. So I(I(t)) ≤ I(t): the new t fulfils
 /// it, too.
 fn lowered<const K: usize>(first_t: [f64; K], parts: &[([Real4; K], [Real4; K])]) -> [f64; K] {
