@@ -153,8 +153,8 @@ impl<'a, const K: usize> Builder<'a, K> {
         if self.integral.is_dielectric() && albedo.values.iter().flatten().all(|value| *value == 0.0) {
             return None;
         }
-        // This t has a in place of b. Since a may exceed the final divisor, t may be too small to be a divisor. It is the
-        // b of the table's nodes instead, which are raised to it below.
+        // This t has a in place of b. Since a may exceed the final divisor, t may be too small to be a divisor. It is
+        // the b of the table's nodes instead, which are raised to it below.
         let coarse = self.fill_nodes(coarse_grid, COARSE_STRIDE, Some(&albedo), &steps);
         let mut nodes = self.fill_nodes(grid, 1, Some(&coarse), &steps);
         // t bounds the albedo only if A ≥ b everywhere. `least` has b, the coarse table, at the table's nodes.
@@ -259,8 +259,8 @@ impl<'a, const K: usize> Builder<'a, K> {
 
     /// Tabulated value `(A − 1)·cos²θ` that `t` requires in a direction wi at `radius` of the grid. The excess is
     /// increased in proportion to itself ([`MARGIN`]), at the rim of the grid ([`RIM_INCREASE`]), and near the horizon
-    /// where there are ridges ([`GRAZING_INCREASE`]). At nodes the margin is added, too: a share of t for errors between
-    /// them.
+    /// where there are ridges ([`GRAZING_INCREASE`]). At nodes the margin is added, too: a share of t for errors
+    /// between them.
     fn tabulated(&self, t: [f64; K], is_node: bool, wi: Vec3, radius: f64, grid: Grid) -> [f64; K] {
         // Unlike `AlbedoIntegral::has_ridges`, includes spectral tables of many narrow nodes, whose ridges are low.
         let any_ridges = !self.ridge_cosines.is_empty();

@@ -56,8 +56,8 @@ impl Spectra {
         Ok(Self { source, model, index, cover })
     }
 
-    /// Replaces the refractive index by that of `settings`. With energy conservation or a film the tables also depend on
-    /// the index and have to be built again ([`Settings::keys`]).
+    /// Replaces the refractive index by that of `settings`. With energy conservation or a film the tables also depend
+    /// on the index and have to be built again ([`Settings::keys`]).
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index_inside();
     }

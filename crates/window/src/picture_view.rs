@@ -97,7 +97,7 @@ pub(crate) fn show_map(ui: &Ui, area: Rect, map: &BrdfMap, texture: TextureId) {
     painter.circle_filled(disc.center(), 0.5 * side, Color32::from_black_alpha(220));
     painter.image(texture, disc, WHOLE, Color32::WHITE);
     painter.circle_stroke(disc.center(), 0.5 * side, Stroke::new(1.0, Color32::GRAY));
-    // Position in the map of a unit vector with the components x and y in the relief's frame; the map's y grows upwards.
+    // Position in the map of a unit vector with the components x and y in the frame of the relief; y points upwards.
     let at = |x: f32, y: f32| disc.center() + 0.5 * side * vec2(x, -y);
     // `wi` points to the sun, `wo` to the viewer. The mirror direction of `wi` has the opposite x and y.
     painter.circle_stroke(at(-map.wi[0], -map.wi[1]), 3.0, Stroke::new(1.0, Color32::WHITE));

@@ -58,8 +58,8 @@ fn rigorous(
     })
 }
 
-/// The efficiencies `F·|c_m|²` of the propagating orders m: c_m is the amplitude of the phase screen (`screen.rs`), F the
-/// factor of docs/model.md#bodies-that-transmit. F depends on the polarisation; [`BodyOrder`] has its values.
+/// The efficiencies `F·|c_m|²` of the propagating orders m: c_m is the amplitude of the phase screen (`screen.rs`), F
+/// the factor of docs/model.md#bodies-that-transmit. F depends on the polarisation; [`BodyOrder`] has its values.
 fn scalar(
     config: &SurfaceConfig,
     body: TransparentBody,
