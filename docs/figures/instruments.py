@@ -97,7 +97,7 @@ def untried(formats: list[dict], refused: list[dict]) -> list[str]:
     Profiles do not count as files of a format, since the converter reads maps alone.
     """
     seen = {row["format"] for row in refused if "profiles" not in row["reason"]}
-    # Those that no native reader reads.
+    # Extensions that no native reader reads.
     extensions = converter().EXTENSIONS
     return [
         row["name"]

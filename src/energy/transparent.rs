@@ -152,8 +152,8 @@ impl<'a> BodyIntegral<'a> {
     }
 
     /// Quadrature nodes of the integral: one of each Gaussian along an axis on which it is narrow, and five along an
-    /// axis on which it is wide. With one, an albedo of 1.12 would remain on an aperiodic relief 70 nm deep. The merged
-    /// ones of many Gaussians are weak, and have one node.
+    /// axis on which it is wide. With one, an albedo of 1.12 would remain on a relief of index 1, 70 nm deep, whose
+    /// orders are many and wide. The merged ones of many Gaussians are weak, and have one node.
     fn parts(&self) -> Vec<Part<'_>> {
         let single = [(0.0, 1.0)];
         let mut parts = Vec::new();

@@ -50,11 +50,11 @@ const WAVELENGTH_TOLERANCE: f64 = 0.25 * TERMS_TOLERANCE;
 /// Chebyshev nodes along either side of a cell at which most cells of a dielectric are solved, 8. Its efficiencies vary
 /// smoothly, without the anomalies of metals, so the fewest suffice.
 const DIELECTRIC_NODES: usize = NODE_COUNTS[0];
-/// The same number for metals and perfect conductors, 17.
+/// Chebyshev nodes along either side of a cell at which most cells of metals and perfect conductors are solved, 17.
 const METAL_NODES: usize = NODE_COUNTS[2];
 /// Step between wavelengths in nm that tables of dielectrics commonly have, 80.
 const DIELECTRIC_STEP_NM: f64 = STEPS_NM[0];
-/// The same step for metals, 20.
+/// Step between wavelengths in nm that tables of metals commonly have, 20.
 const METAL_STEP_NM: f64 = STEPS_NM[2];
 /// Seconds on one core for the lattice sums of the air or of a medium at one point and wavelength, over the squared
 /// number of mesh nodes. A middle value: measured are 1e-6 in air, 6e-7 where no order propagates in it, and 1.5e-6 in

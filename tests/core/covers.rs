@@ -133,7 +133,7 @@ fn covers_are_reciprocal_and_samples_have_their_density() {
         let mut random = Random::new(7);
         for wi in [direction(0.0, 0.0), direction(40.0, 30.0), direction(70.0, 100.0)] {
             let (mut weights, mut count) = (0.0, 0);
-            const SAMPLES: usize = 20_000;
+            const SAMPLES: usize = 40_000;
             for _ in 0..SAMPLES {
                 let u = [random.unit(), random.unit(), random.unit()];
                 let Some(wo) = surface.sample_direction(wi, &[550.0], u) else { continue };
