@@ -40,13 +40,4 @@ impl WavelengthWeights {
     pub fn per_nm() -> &'static [[f32; 4]] {
         &WEIGHTS
     }
-
-    /// Weights at a wavelength, still per nm, linearly interpolated between whole nm. Wavelengths outside
-    /// [`WAVELENGTH_MIN_NM`] to [`WAVELENGTH_MAX_NM`] are clamped to that range.
-    pub(crate) fn at(wavelength_nm: f64) -> [f64; 4] {
-        let position = (wavelength_nm - WAVELENGTH_MIN_NM).clamp(0.0, (WEIGHTS.len() - 1) as f64);
-        let below = (position as usize).min(WEIGHTS.len() - 2);
-        let fraction = position - below as f64;
-        array::from_fn(|c| (1.0 - fraction) * WEIGHTS[below][c] as f64 + fraction * WEIGHTS[below + 1][c] as f64)
-    }
 }

@@ -53,7 +53,7 @@ use crate::numeric::math::{bf16_pair, lerp};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
 use crate::scattering::{Options, Reading, Vec3};
 use crate::table::{Progress, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
-use build::{Builder, Group, resolution, single_wavelength};
+use build::{Builder, resolution};
 use grid::{Grid, place};
 use serde::{Deserialize, Serialize};
 
@@ -110,31 +110,40 @@ impl AlbedoTable {
     /// for a table of amplitudes, whose powers do not add.
     pub fn build(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<(Self, AlbedoReport)> {
         let mut integral = AlbedoIntegral::fast(table, options)?;
+        let albedos = Self::of_integral(&mut integral, options, &progress.part(0.0, NODES_DONE));
+        let report = AlbedoReport::new(&integral, &albedos, &progress.part(NODES_DONE, 1.0));
+        Some((albedos, report))
+    }
+
+    /// [`AlbedoTable::build`] without the report.
+    pub(crate) fn build_alone(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<Self> {
+        Some(Self::of_integral(&mut AlbedoIntegral::fast(table, options)?, options, progress))
+    }
+
+    /// The table of an integral, for one size of the relief or the range of the options.
+    fn of_integral(integral: &mut AlbedoIntegral, options: &Options, progress: &Progress) -> Self {
         if let Some(sizes) = &options.sizes {
-            return Some(sizes::build(&mut integral, sizes, progress));
+            return sizes::build(integral, sizes, progress);
         }
-        let (cells, planes) = resolution(&integral);
+        let (cells, planes) = resolution(integral);
         let per_nm = f64::from(planes - 1) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM);
         let (wavelength_min_nm, planes_per_nm) = (WAVELENGTH_MIN_NM as f32, per_nm as f32);
         let layout = AlbedoLayout { cells, planes, wavelength_min_nm, planes_per_nm, sizes: None };
-        let group = |at: f64| single_wavelength(planes, at);
-        let words = Self::slab(&integral, layout, &group, &progress.part(0.0, NODES_DONE));
-        let built = Self { layout, words };
-        let report = AlbedoReport::new(&integral, &built, &progress.part(NODES_DONE, 1.0));
-        Some((built, report))
+        let wavelength_nm = |plane: f64| WAVELENGTH_MIN_NM + plane / per_nm;
+        Self { layout, words: Self::slab(integral, layout, &wavelength_nm, progress) }
     }
 
-    /// Packets `[gap][y][x]` of the planes of an integral. `group` gives the wavelength at a position among the
+    /// Packets `[gap][y][x]` of the planes of an integral. `wavelength_nm` gives the wavelength at a position among the
     /// planes, from 0 to `planes − 1`.
     fn slab(
         integral: &AlbedoIntegral,
         AlbedoLayout { cells, planes, .. }: AlbedoLayout,
-        group: &(dyn Fn(f64) -> Group<1> + Sync),
+        wavelength_nm: &(dyn Fn(f64) -> f64 + Sync),
         progress: &Progress,
     ) -> Vec<u32> {
         let grid = Grid { cells };
-        match Builder::new(integral, planes as usize, group).build(grid, progress) {
-            Some(nodes) => packets(grid, planes, |node| nodes.values[node][0]),
+        match Builder::new(integral, planes, wavelength_nm).build(grid, progress) {
+            Some(nodes) => packets(grid, planes, |node| nodes.values[node]),
             // No albedo exceeds one.
             None => packets(grid, planes, |_| 0.0),
         }

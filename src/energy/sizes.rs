@@ -6,8 +6,8 @@
 //! and one λ", and a *slab* has all planes of one λ". Planes are uniform in log λ', and slabs in 1/λ", to which the
 //! phase of the heights is proportional.
 
-use super::build::{Group, resolution};
-use super::{AlbedoIntegral, AlbedoLayout, AlbedoReport, AlbedoTable, NODES_DONE};
+use super::build::resolution;
+use super::{AlbedoIntegral, AlbedoLayout, AlbedoTable};
 use crate::numeric::Real;
 use crate::scattering::{SLAB_PHASE, SLAB_PHASE_OF_RIDGES, SizeRange};
 use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
@@ -76,13 +76,8 @@ impl SizeAxes {
     }
 }
 
-/// Builds the table of an integral for a range of sizes, and the albedos of the relief's own size before and after
-/// division.
-pub(super) fn build(
-    integral: &mut AlbedoIntegral,
-    sizes: &SizeRange,
-    progress: &Progress,
-) -> (AlbedoTable, AlbedoReport) {
+/// Builds the table of an integral for a range of sizes.
+pub(super) fn build(integral: &mut AlbedoIntegral, sizes: &SizeRange, progress: &Progress) -> AlbedoTable {
     // Read before widths and λ" are set below, on which they depend.
     let (cells, planes_of_one_size) = resolution(integral);
     // Ridges, narrow maxima of the albedo (`integral.rs`), need more slabs.
@@ -90,29 +85,21 @@ pub(super) fn build(
     let (planes, axes) = SizeAxes::covering(sizes, planes_of_one_size, integral.phase_max(), slab_phase);
     // With sizes, a look-up does not read the two numbers that are 0.
     let layout = AlbedoLayout { cells, planes, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: Some(axes) };
-    // Distance in λ' from a plane to the next, relative to its λ'.
-    let growth = (1.0 / f64::from(axes.planes_per_octave)).exp2() - 1.0;
-    let group = |at: f64| {
-        let nm = axes.plane_nm(at);
-        // A group of one wavelength, with weight 1 in its one plane.
-        Group { wavelengths: vec![(nm, [1.0])], spacing_nm: growth * nm }
-    };
+    let wavelength_nm = |plane: f64| axes.plane_nm(plane);
     // Orders of gratings keep their width when the pattern is resized. In units of the resized pattern they are
     // narrowest at the smallest scale, where albedos are largest.
     integral.scale_widths(sizes.scale[0]);
-    // `[slab][wavelength][y][x]`. The nodes take the fraction `NODES_DONE` of the progress.
+    // `[slab][wavelength][y][x]`.
     let mut words = Vec::new();
     for slab in 0..axes.slabs {
-        let done = |slabs_done: u32| NODES_DONE * f64::from(slabs_done) / f64::from(axes.slabs);
+        let done = |slabs_done: u32| f64::from(slabs_done) / f64::from(axes.slabs);
         integral.set_depth_wavelength(Some(axes.slab_nm(slab)));
-        words.extend(AlbedoTable::slab(integral, layout, &group, &progress.part(done(slab), done(slab + 1))));
+        words.extend(AlbedoTable::slab(integral, layout, &wavelength_nm, &progress.part(done(slab), done(slab + 1))));
     }
-    let table = AlbedoTable { layout, words };
-    // The report is for the relief's own size.
+    // The integral is left as it was, that of the relief's own size.
     integral.scale_widths(1.0 / sizes.scale[0]);
     integral.set_depth_wavelength(None);
-    let report = AlbedoReport::new(integral, &table, &progress.part(NODES_DONE, 1.0));
-    (table, report)
+    AlbedoTable { layout, words }
 }
 
 #[cfg(test)]

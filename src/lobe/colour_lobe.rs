@@ -70,10 +70,8 @@ pub(super) fn band_excess<N: Numbers>(
     let lit = N::Real::lit;
     // Quadrature over wavelengths. Albedos are read without the coherence window, so `keeps_window` is false.
     let at_nodes = BAND_NODES_NM.map(|nm| albedo.excess(place, &Reading::resized(lit(nm), size, false), active));
-    // A channel's weights may be negative. The bound keeps the divisor at 1 at least.
-    BAND_NODE_WEIGHTS.map(|weights| {
-        (0..BAND_NODES).fold(lit(0.0), |sum, node| at_nodes[node].fma(lit(weights[node]), sum)).max(lit(0.0))
-    })
+    BAND_NODE_WEIGHTS
+        .map(|weights| (0..BAND_NODES).fold(lit(0.0), |sum, node| at_nodes[node].fma(lit(weights[node]), sum)))
 }
 
 /// `1/max(1, A(wi), A(wo))` of each channel, from `max(1, A) − 1` at both directions.

@@ -284,17 +284,13 @@ impl Albedos {
 
     /// Builds the albedos from an ensemble's spectral table.
     fn of_ensemble(table: &SpectralTable, options: &Options, progress: &Progress) -> Self {
-        match (options.body, &options.sizes) {
-            (Some(body), sizes) => {
-                let by_wavelength = AlbedoTable::build_of_body(table, body, sizes.as_ref(), progress);
-                Self { bands: None, by_wavelength }
-            }
-            (None, None) => Self { bands: ColourAlbedoTable::build(table, options, progress), by_wavelength: None },
-            (None, Some(_)) => {
-                let by_wavelength = AlbedoTable::build(table, options, progress).map(|(table, _)| table);
-                Self { bands: None, by_wavelength }
-            }
-        }
+        let sizes = options.sizes.as_ref();
+        let by_wavelength = match options.body {
+            Some(body) => AlbedoTable::build_of_body(table, body, sizes, progress),
+            None if sizes.is_some() => AlbedoTable::build_alone(table, options, progress),
+            None => return Self { bands: ColourAlbedoTable::build(table, options, progress), by_wavelength: None },
+        };
+        Self { bands: None, by_wavelength }
     }
 }
 

@@ -36,12 +36,11 @@ fn excess(at: GridPlace, nm: f32) -> f32 {
 }
 
 // A - 1 of red, green and blue at a place: the mean over the channel's band, with BAND_NODES_NM and BAND_NODE_WEIGHTS
-// of src/energy/colour.rs. Tests of films on the GPU compare both. Negative weights may give a negative mean.
+// of src/energy/colour.rs. Tests of films on the GPU compare both.
 fn band_excess(at: GridPlace) -> vec3<f32> {
-    let mean = vec3<f32>(-0.0940, 0.0823, 1.0350) * excess(at, 460.0)
-        + vec3<f32>(-0.0078, 0.8087, 0.0006) * excess(at, 540.0)
-        + vec3<f32>(1.1019, 0.1090, -0.0355) * excess(at, 620.0);
-    return max(mean, vec3<f32>(0.0));
+    return vec3<f32>(0.0486, 0.1456, 0.9317) * excess(at, 460.0)
+        + vec3<f32>(0.2074, 0.7197, 0.0683) * excess(at, 540.0)
+        + vec3<f32>(0.7440, 0.1348, 0.0) * excess(at, 620.0);
 }
 
 // The scattering function of light from wi to wo, linear sRGB in 1/sr. Like `relief_rgb`, it is zero unless

@@ -270,7 +270,7 @@ fn the_factor_of_a_pair_is_the_lesser_of_its_directions() {
 
 #[test]
 fn bands_reflect_at_most_what_falls_on_them() {
-    // Interpolation between the grid's nodes, and 32 wavelengths per band, within which orders leave along the surface.
+    // Interpolation between the grid's nodes, and one divisor for all wavelengths of a band.
     const EXCESS: f64 = 0.01;
     const SAMPLES: usize = 40_000;
     let plain = Options { conserve_energy: false, ..Options::default() };
