@@ -223,6 +223,10 @@ def test_a_plan_computes_nothing(tmp_path):
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("12 cases of 6 surfaces; ")
     assert not (tmp_path / "out").exists()
+    # The estimate is of this machine.
+    done = sweep(write_spec(tmp_path), "--plan", "--scheduler", "tcp://127.0.0.1:1")
+    assert done.returncode == 2
+    assert "not allowed with argument" in done.stderr
 
 
 def test_a_missing_scheduler_is_one_line(tmp_path):

@@ -221,12 +221,33 @@ def test_parameters_equal_the_plugins(sweep_package):
 
 def test_workers_follow_from_memory(sweep_package):
     from sunbeam_mitsuba.sweep.cluster import plan_workers
+    from sunbeam_mitsuba.sweep.errors import SweepError
 
     assert plan_workers(3, 2e9, 0, 100) == (3, 2e9)
     assert plan_workers(None, None, 0, 1)[0] == 1
     workers, memory = plan_workers(None, None, 1e15, 100)
     assert workers == 1
     assert memory > 0
+    for number, size in ((0, None), (None, 0.0), (None, float("nan"))):
+        with pytest.raises(SweepError, match="must be a finite number above zero"):
+            plan_workers(number, size, 0, 100)
+
+
+def test_an_estimate_is_told_of_transmission(sweep_package, monkeypatch):
+    from sunbeam_mitsuba.sweep import command
+
+    asked = []
+    monkeypatch.setattr(command, "ask", lambda *words: asked.append(words) or {"table_bytes_estimate": 7})
+    for given, words in (
+        ({"eta": 1.7, "k": 0.0}, ()),
+        ({"eta": 1.7, "transmission": "film"}, ("--transmission=film", "--eta=1.7")),
+        ({"int_ior": 2.0, "transmission": "interface"}, ("--transmission=interface", "--eta=2.0")),
+        ({"int_ior": "bk7", "transmission": "film"}, ("--transmission=film", "--eta=1.5046")),
+    ):
+        command._described.cache_clear()
+        assert command.table_bytes({"preset": "elaphe", **given}) == 7
+        assert asked.pop() == ("height-field", "--preset=elaphe", *words)
+    command._described.cache_clear()
 
 
 class OneGigabyte:

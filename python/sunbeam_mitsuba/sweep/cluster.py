@@ -50,13 +50,17 @@ def plan_workers(
     By default there is one worker for each core that this process may use, but at most one per case. There are fewer
     where memory is short: each worker needs WORKER_BYTES and ``largest_bytes``, the peak memory of the largest surface.
     The default limit is an equal part of _MEMORY_FRACTION of the free memory. ``wanted_workers`` and ``wanted_bytes``
-    replace the number and the limit; ``None`` keeps the default.
+    replace the number and the limit; ``None`` keeps the default. Raises :class:`SweepError` unless they are above zero.
     """
+    for name, wanted in (("number of workers", wanted_workers), ("memory of a worker", wanted_bytes)):
+        # The negated comparison also refuses NaN.
+        if wanted is not None and not 0 < wanted < float("inf"):
+            raise SweepError(f"the {name} is {wanted:g}, but must be a finite number above zero")
     usable_bytes = psutil.virtual_memory().available * _MEMORY_FRACTION
     cores = len(os.sched_getaffinity(0))
     fitting = int(usable_bytes / (largest_bytes + WORKER_BYTES))
-    workers = wanted_workers or max(1, min(cores, cases, fitting))
-    return workers, wanted_bytes or usable_bytes / workers
+    workers = max(1, min(cores, cases, fitting)) if wanted_workers is None else wanted_workers
+    return workers, usable_bytes / workers if wanted_bytes is None else wanted_bytes
 
 
 @contextmanager

@@ -20,6 +20,10 @@ from .limits import SOURCE, SURFACE, Value
 
 # Path of the command in a checkout after `make tool`.
 _BUILT = Path(__file__).resolve().parents[3] / "target" / "release" / "sunbeam"
+# Parameters that change neither the heights nor a reflector's table.
+_OPTICS = ("eta", "k", "obliquity", "transmission")
+# Index of a body that transmits, for estimates where the parameters give a name or nothing: the plugin's default, bk7.
+_BODY_ETA = 1.5046
 _MISSING = "the command sunbeam is missing: put it on PATH, or name it in the environment variable SUNBEAM_COMMAND"
 
 
@@ -80,15 +84,31 @@ def describe(parameters: Mapping[str, Value]) -> dict[str, Any]:
     Callers must not change the result. Raises :class:`CommandError` where the surface is refused, and
     :class:`SweepError` where the command is missing.
     """
+    # Without the optics, surfaces that differ in them alone share one report.
+    return _report({key: value for key, value in parameters.items() if key not in _OPTICS})
+
+
+def table_bytes(parameters: Mapping[str, Value]) -> float:
+    """Estimated size in bytes of the surface's finished scalar table, by ``sunbeam height-field``.
+
+    The table of a body that transmits has its relief magnified by the index. The errors are those of :func:`describe`.
+    """
+    transmission = parameters.get("transmission", "none")
+    if transmission == "none":
+        return float(describe(parameters)["table_bytes_estimate"])
+    # The command knows ``eta`` alone. The medium above is air, so the index of the medium below is its equal.
+    eta = parameters.get("eta", parameters.get("int_ior", _BODY_ETA))
+    given = {key: value for key, value in parameters.items() if key not in _OPTICS}
+    given |= {"transmission": transmission, "eta": _BODY_ETA if isinstance(eta, str) else eta}
+    return float(_report(given)["table_bytes_estimate"])
+
+
+def _report(parameters: Mapping[str, Value]) -> dict[str, Any]:
+    """Report of ``sunbeam height-field``, cached until the file of the heights changes."""
     name = parameters.get("filename")
     # A missing file gets time 0, which has no effect: the command refuses the file.
     changed_ns = os.stat(str(name)).st_mtime_ns if name is not None and os.path.exists(str(name)) else 0
-    # Without the optics, surfaces that differ in them alone share one report. Its estimate of the tables is then that
-    # of a reflector. Tables of transmission, whose relief is magnified by ``eta``, are larger; only the library's build
-    # limit refuses them.
-    optics = ("eta", "k", "obliquity", "transmission")
-    relief = {key: value for key, value in parameters.items() if key not in optics}
-    return _described(tuple(surface_words(relief)), changed_ns)
+    return _described(tuple(surface_words(parameters)), changed_ns)
 
 
 @lru_cache(maxsize=64)

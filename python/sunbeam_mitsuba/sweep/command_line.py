@@ -38,7 +38,9 @@ def _parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add("spec", type=Path, metavar="SPEC.toml", help="surfaces, settings and wanted figures")
     add("-o", "--output", type=Path, metavar="FOLDER", help="folder of the results, instead of the specification's")
-    add("--scheduler", metavar="ADDRESS", help="compute on a Dask scheduler such as tcp://host:8786")
+    # A plan is for the memory of this machine, which a scheduler's workers need not share.
+    place = parser.add_mutually_exclusive_group()
+    place.add_argument("--scheduler", metavar="ADDRESS", help="compute on a Dask scheduler such as tcp://host:8786")
     add("--workers", type=_positive(int), metavar="N", help=_WORKERS_HELP)
     add("--memory", type=_positive(float), metavar="GB", help=_MEMORY_HELP)
     # `--resume` only states the default, so its value is never read.
@@ -46,7 +48,7 @@ def _parser() -> argparse.ArgumentParser:
     earlier.add_argument("--resume", action="store_true", help="keep the folder's results (the default)")
     earlier.add_argument("--fresh", action="store_true", help="remove the folder's results first")
     add("--retry-failed", action="store_true", help="compute failed cases again")
-    add("--plan", action="store_true", help="estimate the memory, and compute nothing")
+    place.add_argument("--plan", action="store_true", help="estimate the memory on this machine, and compute nothing")
     return parser
 
 

@@ -69,8 +69,8 @@ def plan(spec: Spec, workers: int | None = None, memory_gb: float | None = None)
 
     All cases count, including those that have results and that :func:`run` would skip.
 
-    ``workers`` and ``memory_gb`` are those of :func:`run`. Raises :class:`SweepError` where the command of
-    ``SUNBEAM_COMMAND``, which estimates memory, cannot be run.
+    ``workers`` and ``memory_gb`` are those of :func:`run`. Raises :class:`SweepError` where either is not above zero,
+    and where the command of ``SUNBEAM_COMMAND``, which estimates memory, cannot be run.
     """
     cases = list(spec.cases(version()))
     surfaces = _surfaces(spec, cases)

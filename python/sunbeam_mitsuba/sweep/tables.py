@@ -13,7 +13,7 @@ from collections import OrderedDict
 from collections.abc import Iterable, Mapping
 
 from .._errors import SunbeamError
-from .command import CommandError, describe, find_command
+from .command import CommandError, find_command, table_bytes
 from .instruments import converted
 from .limits import LIGHT, Value
 from .reflector import Reflector, make_reflector
@@ -49,13 +49,12 @@ def estimated_peak_bytes(parameters: Mapping[str, Value]) -> float:
     the peak is unknown, and only the library's build limit refuses large tables. Raises :class:`CommandError` where the
     surface is refused, and ``SweepError`` where ``SUNBEAM_COMMAND`` cannot be run.
     """
-    # The command estimates only the spectral table of the scalar theory, and `describe` that of a reflector: too little
-    # for bodies that transmit.
+    # The command estimates only the spectral table of the scalar theory.
     if parameters.get("theory") == "rigorous" or find_command() is None:
         return 0.0
     if parameters.get("preset") in _SMALL_PRESETS and _coherence_um(parameters) <= _SMALL_COHERENCE_UM:
         return 0.0
-    return _PEAK_OVER_TABLE * float(describe(parameters)["table_bytes_estimate"])
+    return _PEAK_OVER_TABLE * table_bytes(parameters)
 
 
 def _coherence_um(parameters: Mapping[str, Value]) -> float:
