@@ -74,6 +74,11 @@ def render(
     return Picture(pixels, skin, {**seconds, **other})
 
 
+def samples_per_pass(spp: int, passes: int) -> int:
+    """Samples per pixel of each of the passes: an equal part of `spp`, rounded up to a square number."""
+    return math.ceil(math.sqrt(spp / passes)) ** 2
+
+
 def render_scene(scene: dict, spp: int, passes: int = 1) -> tuple[np.ndarray, dict]:
     """Renders a scene dictionary in at least `passes` passes; `spp` replaces the sampler's number of samples.
 
@@ -82,7 +87,7 @@ def render_scene(scene: dict, spp: int, passes: int = 1) -> tuple[np.ndarray, di
     """
     film = scene["sensor"]["film"]
     passes = max(passes, math.ceil(film["width"] * film["height"] * spp / PATHS_PER_PASS))
-    spp_per_pass = math.ceil(math.sqrt(spp / passes)) ** 2
+    spp_per_pass = samples_per_pass(spp, passes)
     start = time.perf_counter()
     loaded = mi.load_dict(scene)
     seconds = {"scene": time.perf_counter() - start}

@@ -31,7 +31,7 @@ def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
     The light is a directional sun without sky. Neither renderer conserves energy here (docs/model.md#energy). The
     realtime renderer uses its method `table`, the colour table (docs/realtime.md). `view` sets the resolution; its
     camera must be the default one. `spp` is the number of Mitsuba's samples per pixel, before `picture.render` rounds
-    it up.
+    it up; the caption has the rounded number.
 
     Result: `mitsuba_seconds`, the `seconds` of `picture.render` by stage; `realtime`, the report of `sunbeam render`;
     and `compared`, the report of `realtime.compare`.
@@ -54,8 +54,9 @@ def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
     # The adapter's name without the driver's version.
     adapter = drawn["adapter"].split(" (")[0]
     all_passes_s = passes * traced.seconds["later_pass"]
+    paths = passes * picture.samples_per_pass(spp, passes)
     row = [
-        (mitsuba_png, f"Mitsuba 3, {spp} paths a pixel: {all_passes_s:.1f} s"),
+        (mitsuba_png, f"Mitsuba 3, {paths} paths a pixel: {all_passes_s:.1f} s"),
         (
             realtime_png,
             f"realtime, {SUPERSAMPLE**2} rays a pixel, method table: {drawn['gpu_ms'] / 1e3:.2g} s on {adapter}",

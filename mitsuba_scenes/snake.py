@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from .environment import REPOSITORY
 from .tool import TOOL, sunbeam
@@ -34,5 +35,10 @@ def snake_files(resolution: float = 4.0, tool: Path = TOOL, folder: Path = FOLDE
     if all(path.exists() and path.stat().st_mtime > built_at for path in (files.mesh, files.pigment)):
         return files
     folder.mkdir(parents=True, exist_ok=True)
-    sunbeam("snake", "-o", files.mesh, "--resolution", f"{resolution:g}", "--pigment", files.pigment, tool=tool)
+    # Renamed after the command ends, so that an interrupted one leaves no unfinished file under the final names.
+    with TemporaryDirectory(dir=folder) as unfinished:
+        mesh, pigment = (Path(unfinished) / path.name for path in (files.mesh, files.pigment))
+        sunbeam("snake", "-o", mesh, "--resolution", f"{resolution:g}", "--pigment", pigment, tool=tool)
+        mesh.replace(files.mesh)
+        pigment.replace(files.pigment)
     return files

@@ -200,12 +200,16 @@ def test_checks_continue_after_a_failure(tmp_path, capsys):
     def broken():
         raise RuntimeError("no\nsuch thing")
 
-    given = [("one", broken), ("two", lambda: {"passed": True, "x": float("nan")}), ("three", lambda: {"ns": 2.0})]
+    def measured():
+        return {"ns": np.float32(2.0), "count": np.int64(3), "passed": np.bool_(True)}
+
+    given = [("one", broken), ("two", lambda: {"passed": True, "x": float("nan")}), ("three", measured)]
     assert not checks.run(given, tmp_path / "rows")
     rows = [json.loads(line) for line in (tmp_path / "rows").read_text(encoding="utf-8").splitlines()]
     assert [row["check"] for row in rows] == ["one", "two", "three"]
     assert rows[0]["error"] == "RuntimeError: no such thing"
     assert rows[1]["x"] == "nan"
+    assert (rows[2]["ns"], rows[2]["count"], rows[2]["passed"]) == (2.0, 3, True)
     assert "FAILED one" in capsys.readouterr().out
     assert checks.run(given[1:], tmp_path / "rows")
 
@@ -246,6 +250,16 @@ def test_a_part_without_results_or_time_does_not_pass(monkeypatch, tmp_path):
     found = supervised(monkeypatch, tmp_path, ROW, seconds=1.0)
     assert (found["status"], found["error"]) == ("not run", "the time of the run was up")
     assert supervised(monkeypatch, tmp_path, ROW)["status"] == "passed"
+
+
+def test_a_part_alone_gets_the_folder_of_data(monkeypatch, tmp_path):
+    monkeypatch.delenv("SUNBEAM_DATA", raising=False)
+    for name in ("calls", *supervisor.UNCACHED):
+        folder = tmp_path / name
+        folder.mkdir()
+        assert supervisor.environment(name, folder, tmp_path)["SUNBEAM_DATA"] == str(tmp_path)
+    assert "SUNBEAM_DATA" not in supervisor.environment("calls", tmp_path, None)
+    assert "SUNBEAM_DATA" not in os.environ
 
 
 def test_results_of_another_card_are_not_kept(tmp_path):

@@ -156,6 +156,15 @@ def test_a_missing_tool_is_named_with_its_remedy(tmp_path):
         snake.snake_files(tool=tmp_path / "sunbeam")
 
 
+def test_a_tool_that_fails_leaves_no_unfinished_snake(tmp_path):
+    tool = tmp_path / "sunbeam"
+    tool.write_text('#!/bin/sh\necho half > "$3"\nexit 1\n')
+    tool.chmod(0o755)
+    with pytest.raises(SetupError, match="failed"):
+        snake.snake_files(tool=tool, folder=tmp_path / "scenes")
+    assert list((tmp_path / "scenes").iterdir()) == []
+
+
 def test_without_llvm_the_scalar_variant_is_used(files, tmp_path):
     words = ["--resolution", "16", "12", "--spp", "1", "--mesh", files.mesh, "--pigment", files.pigment]
     done = subprocess.run(

@@ -7,7 +7,6 @@ part and writes its results.
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import time
 from dataclasses import replace
@@ -112,7 +111,7 @@ def run(options: argparse.Namespace) -> int:
     dry = options.dry_run or (card is None and not options.compare)
     if dry and not options.dry_run:
         print("nvidia-smi finds no card: a dry run with llvm_ad_* and the software adapter", flush=True)
-    provide_scan(options.pictures)
+    data = provide_scan(options.pictures)
     about = machine.described(None if dry else card)
     for key, value in about.items():
         print(f"{key}: {value}", flush=True)
@@ -122,7 +121,7 @@ def run(options: argparse.Namespace) -> int:
     names = ["pictures"] if options.compare else options.parts or list(PARTS)
     file = options.json or (DRY_RESULTS if dry else RESULTS)
     results = supervisor.run_all(
-        names, Run(tuple(flags), options.pictures.resolve(), time.monotonic() + options.seconds)
+        names, Run(tuple(flags), options.pictures.resolve(), time.monotonic() + options.seconds, data)
     )
     # The file keeps its results of other parts, unless they are another card's.
     supervisor.write(supervisor.gathered(results, about, file), file)
@@ -131,16 +130,16 @@ def run(options: argparse.Namespace) -> int:
     return 1 if wrong else 0
 
 
-def provide_scan(folder: Path) -> None:
+def provide_scan(folder: Path) -> Path | None:
     """Writes a synthetic scan below `folder` if the measured one is missing.
 
-    Sets `SUNBEAM_DATA` to the folder of its data. The processes of the parts inherit the variable.
+    Returns the folder of its data, which the processes of the parts get as `SUNBEAM_DATA`; `None` with a measured scan.
     """
     if cases.SCAN.exists():
-        return
+        return None
     print(f"no scan at {cases.SCAN} (SUNBEAM_DATA names the data): a synthetic one stands in for it", flush=True)
     write_synthetic_scan(folder / "data" / "afm")
-    os.environ["SUNBEAM_DATA"] = str((folder / "data").resolve())
+    return (folder / "data").resolve()
 
 
 if __name__ == "__main__":

@@ -8,6 +8,8 @@ import time
 from collections.abc import Iterable
 from pathlib import Path
 
+import numpy as np
+
 from .parts import Check
 
 # Exit status of a part's process with a failed check. Python itself exits with 1 after an exception, and with 2 after a
@@ -30,7 +32,7 @@ def run(checks: Iterable[Check], results: Path) -> bool:
             except Exception as error:
                 row = {"check": name, "passed": False, "error": one_line(error)}
             row["seconds"] = round(time.perf_counter() - start, 3)
-            row = without_nan(row)
+            row = plain(row)
             lines.write(json.dumps(row, allow_nan=False) + "\n")
             lines.flush()
             print(f"  {summary(row)}", flush=True)
@@ -43,12 +45,14 @@ def one_line(error: Exception) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 
-def without_nan(value):
-    """The value with NaN and infinity as strings, since JSON cannot represent them."""
+def plain(value):
+    """The value with NumPy's scalars as Python's, and NaN and infinity as strings, since JSON cannot represent them."""
+    if isinstance(value, np.generic):
+        value = value.item()
     if isinstance(value, dict):
-        return {key: without_nan(each) for key, each in value.items()}
+        return {key: plain(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):
-        return [without_nan(each) for each in value]
+        return [plain(each) for each in value]
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     return value

@@ -25,11 +25,15 @@ LEAST_S = 5.0
 
 @dataclass(frozen=True)
 class Run:
-    """A run: command-line `flags` for every part, the folder for pictures, and the `deadline` by `time.monotonic`."""
+    """A run: command-line `flags` for every part, the folder for pictures, and the `deadline` by `time.monotonic`.
+
+    `data` is the folder of data for the parts, in place of that in SUNBEAM_DATA.
+    """
 
     flags: tuple[str, ...]
     pictures: Path
     deadline: float
+    data: Path | None = None
 
 
 def run_all(names: list[str], run: Run) -> dict[str, dict]:
@@ -61,7 +65,7 @@ def run_part(name: str, run: Run) -> dict:
         rows, log = folder / "rows", folder / "log"
         rows.touch()
         start = time.monotonic()
-        code = run_with_limit(child(name, run, rows), environment(name, folder), log, limit_s)
+        code = run_with_limit(child(name, run, rows), environment(name, folder, run.data), log, limit_s)
         seconds = round(time.monotonic() - start, 2)
         # A process that was killed may have left an unfinished line.
         lines = [json.loads(line) for line in rows.read_text(encoding="utf-8").split("\n")[:-1]]
@@ -82,15 +86,16 @@ def child(name: str, run: Run, rows: Path) -> list[str]:
     return [sys.executable, "-X", "faulthandler", "-m", __package__, name, *flags]
 
 
-def environment(name: str, folder: Path) -> dict[str, str]:
-    """The environment of a part's process; parts in UNCACHED get empty kernel caches."""
+def environment(name: str, folder: Path, data: Path | None) -> dict[str, str]:
+    """The environment of a part's process, with the folder of data; parts in UNCACHED get empty kernel caches."""
+    given = {} if data is None else {"SUNBEAM_DATA": str(data)}
     if name not in UNCACHED:
-        return dict(os.environ)
+        return {**os.environ, **given}
     kernels, optix = folder / "kernels", folder / "optix"
     kernels.mkdir()
     optix.mkdir()
     empty = {"DRJIT_CACHE_DIR": str(kernels), "OPTIX_CACHE_PATH": str(optix), "CUDA_CACHE_DISABLE": "1"}
-    return {**os.environ, **empty}
+    return {**os.environ, **given, **empty}
 
 
 def run_with_limit(command: list[str], environment: dict[str, str], log: Path, limit_s: float) -> int | None:

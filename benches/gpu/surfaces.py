@@ -34,7 +34,7 @@ def surface(name: str) -> dict:
     """The parameters of a surface by name.
 
     The scan is the file `cases.SCAN` below the folder SUNBEAM_DATA. If the measured file is missing, `provide_scan`
-    (__main__.py) writes the synthetic scan and sets the variable to its folder. KERATIN is a refractive index.
+    (__main__.py) writes the synthetic scan, and parts get its folder in the variable. KERATIN is a refractive index.
     """
     return {
         # The preset's period is 2.5 µm, its height 0.25 µm.

@@ -153,7 +153,7 @@ class Maps:
 
     def lit(self, panel: Panel) -> np.ndarray:
         """Mask of the pixels where the displayed reference is not black."""
-        return np.asarray(Image.open(self.reference(panel).png)).max(axis=-1) > 0
+        return np.asarray(Image.open(self.reference(panel).png).convert("RGB")).max(axis=-1) > 0
 
     def compare(self, panel: Panel, mask: np.ndarray) -> dict:
         """The report of `sunbeam compare` of the map with its reference where `mask` is true.
