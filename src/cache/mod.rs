@@ -85,7 +85,7 @@ pub enum Origin {
     Built,
     /// Built, and written to the cache.
     Kept,
-    /// Built; the text says why they could not be written to the cache.
+    /// Built; the text says why they could not be written to the cache, or why old entries could not be removed then.
     NotKept(String),
     /// Read from the cache.
     Read,

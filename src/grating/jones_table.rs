@@ -79,11 +79,7 @@ impl JonesTable {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let points_per_cell = triangle_count(NODES_MAX) as f64;
-        // For estimates of interfaces, whose tables have this number of nodes.
-        let pair_bytes = (PACKET_BYTES * INTERFACE_NODES * INTERFACE_NODES) as f64;
-        let basis = CostBasis { period_um, sides: body.sides(), points_per_cell, pair_bytes };
-        let meshes = create_meshes(profile, body, basis, build_limit)?;
+        let meshes = create_meshes(profile, body, cost_basis(period_um, body), build_limit)?;
         let step_of = |spacing: Spacing| (STEP_RATIO * spacing.step_nm).min(STEP_MAX_NM);
         match body {
             GratingBody::Reflector(index) => {
@@ -173,6 +169,13 @@ impl JonesTable {
     pub fn view<N: Numbers>(&self, words: N::Words) -> JonesView<N> {
         JonesView { layout: self.layout, words }
     }
+}
+
+/// Quantities of the table of a grating with this period on a body. Large tables have [`INTERFACE_NODES`] nodes.
+fn cost_basis(period_um: f64, body: GratingBody<'_>) -> CostBasis {
+    let points_per_cell = triangle_count(NODES_MAX) as f64;
+    let pair_bytes = (PACKET_BYTES * INTERFACE_NODES * INTERFACE_NODES) as f64;
+    CostBasis { period_um, sides: body.sides(), points_per_cell, pair_bytes }
 }
 
 /// Table data: the offsets of all cells, in packets, then `further` words, filled up to whole packets, then the packets
@@ -289,6 +292,7 @@ impl Cell {
 mod tests {
     use super::*;
     use crate::grating::efficiencies::EfficiencyView;
+    use crate::grating::plan::estimate;
     use crate::grating::polarisation::mueller;
     use crate::numeric::Plain;
     use crate::scattering::{ComplexIndex, SpectralIndex};
@@ -353,6 +357,29 @@ mod tests {
                 count > 16 * 10 && rms < RMS_MAX && largest < ERROR_MAX,
                 "{medium:?}: {rms:.1e}, {largest:.1e} of {count}"
             );
+        }
+    }
+
+    #[test]
+    fn large_tables_have_about_their_estimated_size() {
+        let metal = SpectralIndex::Constant(ComplexIndex { eta: 1.0, k: 6.5 });
+        // A long period in µm.
+        let period_um = 5.0;
+        for (body, step_nm) in [
+            (GratingBody::Reflector(None), None),
+            (GratingBody::Reflector(Some(&metal)), Some(STEP_MAX_NM)),
+            (GratingBody::Film(1.5), Some(STEP_MAX_NM)),
+        ] {
+            let (_, cell_counts) = table_wavelengths(period_um, step_nm);
+            let sides = body.sides() as usize;
+            let channels = cell_counts.iter().flat_map(|&cells| (1..=cells).map(|orders| orders * sides));
+            let packets: usize = channels.map(|channels| channels * channels).sum();
+            let nodes = stored_nodes(&cell_counts, sides);
+            let bytes = (PACKET_BYTES * packets * nodes * nodes) as f64;
+            // The bytes do not depend on the number of mesh nodes.
+            let estimated = estimate(cost_basis(period_um, body), 64, body).bytes;
+            // Steps of wavelengths are estimated within a factor of two.
+            assert!((0.4..2.0).contains(&(estimated / bytes)), "{body:?}: {estimated} of {bytes}");
         }
     }
 

@@ -73,8 +73,7 @@ pub(super) struct CostBasis {
     pub sides: u32,
     /// Points (t, b) solved for each cell, for estimates of reflectors and films.
     pub points_per_cell: f64,
-    /// Bytes of the entries of a pair of channels at all nodes of one cell at one wavelength, for estimates of
-    /// interfaces.
+    /// Bytes of the entries of a pair of channels at all nodes of one cell at one wavelength.
     pub pair_bytes: f64,
 }
 
@@ -84,7 +83,9 @@ impl CostBasis {
         let nodes = if body.is_dielectric() { DIELECTRIC_NODES } else { METAL_NODES };
         // The points with p > q follow from the others by reciprocity.
         let points_per_cell = triangle_count(nodes) as f64;
-        Self { period_um, sides: body.sides(), points_per_cell, pair_bytes: PAIR_BYTES }
+        let is_perfect = matches!(body, GratingBody::Reflector(None));
+        let pair_bytes = if is_perfect { ENTRY_BYTES * (STORED_MAX as f64).powi(2) } else { PAIR_BYTES };
+        Self { period_um, sides: body.sides(), points_per_cell, pair_bytes }
     }
 }
 
@@ -153,31 +154,31 @@ pub(super) fn choose_resolution(basis: CostBasis, spacing: Option<Spacing>) -> T
     let stored = spacing.map_or(STORED_MAX, |spacing| {
         let wavelengths = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / spacing.step_nm;
         // The number of nodes at which the bytes of `estimate` are BYTES_MAX.
-        let fitting = (BYTES_MAX / ENTRY_BYTES / entries(cells, wavelengths)).sqrt() / f64::from(basis.sides);
+        let fitting = (BYTES_MAX / ENTRY_BYTES / entries(cells, Some(wavelengths))).sqrt() / f64::from(basis.sides);
         (fitting as usize).clamp(STORED, STORED_MAX)
     });
     TableResolution { stored, spacing, tolerance: TERMS_TOLERANCE * (cells / FULL_CELLS).min(1.0) }
 }
 
 /// Cost of the build of a reflector's or film's table on two cores, hence the factor ½. The seconds count all
-/// cells at every wavelength. More nodes than [`STORED`] are not counted: [`choose_resolution`] takes them only up to
+/// cells at every wavelength. More nodes than the fewest are not counted: tables have them only up to a size, such as
 /// [`BYTES_MAX`], far below the limits.
-fn estimate(basis: CostBasis, mesh_nodes: usize, body: GratingBody<'_>) -> Estimate {
+pub(super) fn estimate(basis: CostBasis, mesh_nodes: usize, body: GratingBody<'_>) -> Estimate {
     let cells = cell_count(basis.period_um);
     let is_perfect = matches!(body, GratingBody::Reflector(None));
     // The lattice sums of a metal are tabulated, and a perfect conductor has none.
     let (step_nm, medium_lattice) =
         if body.is_dielectric() { (DIELECTRIC_STEP_NM, LATTICE_SECONDS) } else { (METAL_STEP_NM, 0.0) };
     let (wavelengths_nm, _) = table_wavelengths(basis.period_um, Some(step_nm));
-    let (wavelengths, nodes_per_side) =
-        if is_perfect { (1.0, STORED_MAX) } else { (wavelengths_nm.len() as f64, STORED) };
+    // None for a perfect conductor, which is solved once for both wavelengths of its table.
+    let solved_wavelengths = (!is_perfect).then_some(wavelengths_nm.len() as f64);
     let mesh_nodes = mesh_nodes as f64;
     let wavelength_seconds = medium_lattice * mesh_nodes * mesh_nodes + SOLUTION_SECONDS * mesh_nodes.powi(3);
     // The wavelengths share the lattice sums of the air.
-    let point_seconds = LATTICE_SECONDS * mesh_nodes * mesh_nodes + wavelengths * wavelength_seconds;
-    let table_nodes = (nodes_per_side as f64).powi(2);
+    let point_seconds =
+        LATTICE_SECONDS * mesh_nodes * mesh_nodes + solved_wavelengths.unwrap_or(1.0) * wavelength_seconds;
     Estimate {
-        bytes: ENTRY_BYTES * table_nodes * entries(cells, wavelengths) * f64::from(basis.sides).powi(2),
+        bytes: basis.pair_bytes * entries(cells, solved_wavelengths) * f64::from(basis.sides).powi(2),
         seconds: 0.5 * cells * basis.points_per_cell * point_seconds,
     }
 }
@@ -192,8 +193,27 @@ fn cell_count(period_um: f64) -> f64 {
 /// With two sides there are four times as many.
 ///
 /// Cell s has s + 1 orders and about (s + 1)² entries, so `cells` cells have about `cells³/3`. The number of cells is
-/// proportional to 1/λ, and the mean of (360/λ)³ from 360 to 830 nm is about a third. A perfect conductor counts as one
-/// wavelength with all cells.
-fn entries(cells: f64, wavelengths: f64) -> f64 {
-    cells.powi(3) / 3.0 * (wavelengths / 3.0).max(1.0)
+/// proportional to 1/λ, and the mean of (360/λ)³ from 360 to 830 nm is about a third. A perfect conductor, `None`, has
+/// two wavelengths, both with all cells.
+fn entries(cells: f64, wavelengths: Option<f64>) -> f64 {
+    cells.powi(3) / 3.0 * wavelengths.map_or(2.0, |wavelengths| (wavelengths / 3.0).max(1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grating::GratingSurface;
+    use crate::table::Progress;
+
+    #[test]
+    fn a_perfect_conductors_table_has_the_estimated_size() {
+        let (period_um, conductor) = (0.6, GratingBody::Reflector(None));
+        let profile = Profile::sinusoid(period_um, 0.1).unwrap();
+        let surface = GratingSurface::of_body(&profile, conductor, 20.0, 1.0, &Progress::none()).unwrap();
+        let built = surface.report().bytes as f64;
+        // The bytes do not depend on the number of mesh nodes.
+        let estimated = estimate(CostBasis::of_efficiencies(period_um, conductor), 64, conductor).bytes;
+        // The estimate leaves out the sums of rows, which are a quarter of the entries of so few orders.
+        assert!((0.5..2.0).contains(&(estimated / built)), "{estimated} of {built}");
+    }
 }

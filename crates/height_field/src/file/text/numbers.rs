@@ -77,7 +77,7 @@ struct Commas {
     spaced: Option<usize>,
     /// A decimal point.
     point: Option<usize>,
-    /// Another separator: a semicolon, or a blank that is not next to a comma.
+    /// Another separator: a semicolon, a blank that is not next to a comma, or quotes around the comma.
     other: Option<usize>,
     /// An integer between commas with a leading zero, such as the `05` of `0,05`: probably the decimals of a number.
     leading_zero: Option<(usize, String)>,
@@ -133,7 +133,7 @@ impl Commas {
                 "commas stand between digits in line {line} and before blanks in line {spaced_line}, so they could be \
                  decimal or separators: {advice}"
             )),
-            // Another character separates the numbers, so the commas between digits are decimal marks.
+            // Another character separates the numbers, or quotes do, so the commas between digits are decimal marks.
             Self { other: Some(_), .. } => Ok(true),
             // Without another separator, commas separate the numbers, or the text is one column of decimal numbers. An
             // integer with a leading zero suggests the latter.
@@ -151,16 +151,19 @@ impl Commas {
 /// Ambiguous commas, and words that are no numbers.
 pub(super) fn table(lines: &[Line]) -> Result<Table, String> {
     if !lines.iter().any(|(_, text)| text.contains('"')) {
-        return unquoted_table(lines);
+        return unquoted_table(lines, Commas::of(lines));
     }
     let unquoted: Vec<(usize, String)> = lines.iter().map(|&(line, text)| (line, without_quotes(text))).collect();
     let lines: Vec<Line> = unquoted.iter().map(|(line, text)| (*line, text.as_str())).collect();
-    unquoted_table(&lines)
+    let mut commas = Commas::of(&lines);
+    // The remaining commas were inside quotes, so they separate no cells, even in a single column.
+    commas.other = commas.other.or(commas.tight);
+    unquoted_table(&lines, commas)
 }
 
-/// All numbers of lines without quotes.
-fn unquoted_table(lines: &[Line]) -> Result<Table, String> {
-    let style = Style { decimal_comma: Commas::of(lines).are_decimal()?, tab_cells: false };
+/// All numbers of lines without quotes, with the evidence in them.
+fn unquoted_table(lines: &[Line], commas: Commas) -> Result<Table, String> {
+    let style = Style { decimal_comma: commas.are_decimal()?, tab_cells: false };
     let by_blanks = read(lines, style)?;
     // Different counts may be due to empty cells between tabs.
     if by_blanks.columns().is_err() && lines.iter().all(|(_, text)| text.contains('\t')) {
@@ -246,6 +249,8 @@ mod tests {
         ] {
             assert_eq!(values(text), Ok(expected.clone()), "{text}");
         }
+        // A single column.
+        assert_eq!(values("\"0,41\"\n\"0,40\"\n\"12\""), Ok((vec![0.41, 0.4, 12.0], 1)));
         // Integers between commas.
         assert_eq!(values("1,20,3\n4,5,6"), Ok((vec![1.0, 20.0, 3.0, 4.0, 5.0, 6.0], 3)));
         // Only the second line has a decimal comma.
@@ -260,6 +265,8 @@ mod tests {
             ("0,41, 0,40", "decimal or separators"),
             ("0,41,0,05", "\"05\" in line 1"),
             ("1,2,3\t4", "\"1,2,3\" in line 1"),
+            ("\"1,234.5\"\n\"2,345.6\"", "line 1"),
+            ("\"1,2,3\"\n\"4,5,6\"", "\"1,2,3\" in line 1"),
         ] {
             let refusal = values(text).unwrap_err();
             assert!(refusal.contains(word), "{text}: {refusal}");
