@@ -206,6 +206,8 @@ def test_media_and_channels_may_be_numbers_or_names(sweep_package):
     for accepted, values in ((SCENE["int_ior"], (1.5, "bk7")), (SURFACE["channel"], (0, 2, "Height"))):
         assert all(accepted.accepts(value) for value in values)
         assert not any(accepted.accepts(value) for value in (-1, "", True, float("nan")))
+    assert not SURFACE["channel"].accepts(0.5)
+    assert str(SURFACE["channel"]) == "a whole number in [0, 1000] or a text"
 
 
 def test_parameters_equal_the_plugins(sweep_package):

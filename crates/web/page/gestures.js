@@ -27,6 +27,10 @@ export function listenToGestures(canvas, actions) {
   const pressed = new Map();
 
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+  // The middle button would scroll the page while the mouse moves.
+  canvas.addEventListener("mousedown", (event) => {
+    if (event.button === 1) event.preventDefault();
+  });
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     pressed.set(event.pointerId, event);

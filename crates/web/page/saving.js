@@ -38,13 +38,16 @@ async function copy(text, name) {
   }
 }
 
-/** Runs a task when the button with this id is clicked. Its errors become a message. */
+/**
+ * Runs a task when the button with this id is clicked. Its errors become a message, except a lost GPU, which has its own
+ * message, and a worker that the page has ended.
+ */
 function onClick(id, task) {
   byId(id).addEventListener("click", async () => {
     try {
       await task();
     } catch (error) {
-      showMessage(error.message);
+      if (error.kind !== "lost" && error.kind !== "cancelled") showMessage(error.message);
     }
   });
 }

@@ -18,17 +18,23 @@ Value = Union[str, float, bool]
 
 @dataclass(frozen=True)
 class Numbers:
-    """Numbers from ``low`` to ``high``, both finite, in ``unit``; ``open_low`` and ``open_high`` exclude that end."""
+    """Numbers from ``low`` to ``high``, both finite, in ``unit``; ``open_low`` and ``open_high`` exclude that end.
+
+    With ``whole`` they are integers, not ``float``.
+    """
 
     low: float
     high: float
     unit: str = ""
     open_low: bool = False
     open_high: bool = False
+    whole: bool = False
 
     def accepts(self, value: object) -> bool:
         """Whether the value is a number in the range. Comparisons with NaN are false."""
         if isinstance(value, bool) or not isinstance(value, (int, float)):
+            return False
+        if self.whole and not isinstance(value, int):
             return False
         above = value > self.low if self.open_low else value >= self.low
         below = value < self.high if self.open_high else value <= self.high
@@ -37,7 +43,8 @@ class Numbers:
     def __str__(self) -> str:
         first, last = "(" if self.open_low else "[", ")" if self.open_high else "]"
         unit = f" in {self.unit}" if self.unit else ""
-        return f"a number{unit} in {first}{self.low:g}, {self.high:g}{last}"
+        kind = "a whole number" if self.whole else "a number"
+        return f"{kind}{unit} in {first}{self.low:g}, {self.high:g}{last}"
 
 
 @dataclass(frozen=True)
@@ -111,8 +118,8 @@ SURFACE: dict[str, Accepted] = {
     "region_spread": Numbers(0, 0.1),
     "pixel_size": LENGTH_UM,
     "max_height": LENGTH_UM,
-    # Its number in the file, which the library refuses unless whole, or its title.
-    "channel": NumberOrText(Numbers(0, 1e3)),
+    # Its number in the file, or its title.
+    "channel": NumberOrText(Numbers(0, 1e3, whole=True)),
     "fill": Words(("none", "laplace", "mean")),
     "level": Words(("none", "mean", "plane", "quadratic", "lines")),
     "tiling": Words(("periodic", "aperiodic")),
