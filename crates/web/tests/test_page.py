@@ -257,6 +257,17 @@ def test_dragging_turns_the_view_moves_it_and_turns_the_sun(page):
     moved = drag(button=1)
     assert moved["camera"]["target"] != turned["camera"]["target"]
     assert moved["camera"]["azimuth_deg"] == turned["camera"]["azimuth_deg"]
+    # The page does not scroll by the middle button.
+    refused = [
+        page.js(
+            """
+            const event = new MouseEvent("mousedown", { button: arguments[0], cancelable: true });
+            return !document.getElementById("picture").dispatchEvent(event);""",
+            button,
+        )
+        for button in (0, 1)
+    ]
+    assert refused == [False, True]
     sunny = drag(button=2)
     assert sunny["camera"] == moved["camera"]
     assert sunny["sun"]["elevation_deg"] == pytest.approx(before["sun"]["elevation_deg"] + 10.5, abs=0.5)
