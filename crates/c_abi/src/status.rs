@@ -16,8 +16,8 @@ pub enum Status {
     /// A number, direction, stride or size is not accepted. If items of a batch are bad, their results are zeros
     /// and all other items have been computed.
     BadValue = 2,
-    /// The configuration is not JSON in UTF-8, has an unknown name or a value that is not accepted, or contradicts itself.
-    /// Or an environment variable of the cache has a value that is not accepted.
+    /// The configuration is not JSON in UTF-8, contradicts itself, or has an unknown name or a value that is refused.
+    /// Or an environment variable of the cache has a value that is refused.
     BadConfig = 3,
     /// The file of heights cannot be read, or the heights of a file or an array are refused, for example because
     /// some are missing.
