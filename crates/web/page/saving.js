@@ -39,8 +39,8 @@ async function copy(text, name) {
 }
 
 /**
- * Runs a task when the button with this id is clicked. Its errors become a message, except a lost GPU, which has its own
- * message, and a worker that the page has ended.
+ * Runs a task when the button with this id is clicked. Its errors become a message, except a lost GPU, which has its
+ * own message, and a worker that the page has ended.
  */
 function onClick(id, task) {
   byId(id).addEventListener("click", async () => {
