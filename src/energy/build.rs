@@ -10,13 +10,14 @@
 //! t(wi)      least t ≥ 1 with I(t) ≤ t: the smallest divisor of wi with which no albedo above 1 remains
 //! ```
 //!
-//! - A *node* is a corner of the grid's cells in one plane. *Quadrature nodes* of an integral, and *narrow nodes*, the
-//!   orders of the spectral table, always have their full names.
+//! - A *plane* has the nodes of one wavelength on the square grid over directions (`grid.rs`). A position among planes
+//!   is 0 at the first, and may lie between two. A *gap* is the interval between two neighbouring planes.
+//! - A *node* is a corner of the grid's cells in one plane. *Quadrature nodes* of an integral have their full name.
 //! - The *excess* of an albedo or a divisor is its difference from one, such as `A − 1`.
-//! - A *ridge* is a narrow maximum of `t` along the incidences from which an order leaves along the surface
-//!   ([`Ridge`]).
-//! - A *plane* has the nodes of one wavelength. A position among planes is 0 at the first, and may lie between two.
-//! - A *gap* is the interval between two neighbouring planes.
+//! - An *order* is a narrow node of the spectral table (`integral.rs`). A *ridge* is a narrow maximum of `t` along the
+//!   incidences from which an order leaves along the surface. Ridges lie between the nodes. A node therefore stands for
+//!   a *box* of incidences and wavelengths around it. An order whose ridge crosses the box counts as if it left on the
+//!   ridge ([`Ridge`]).
 //! - The *coarse* grid and the coarse planes are every other ([`COARSE_STRIDE`]) of the table's.
 
 mod raise;
@@ -36,7 +37,7 @@ use rayon::prelude::*;
 const FINEST_CELLS: u32 = RESOLUTIONS[0].1.0;
 /// Sizes of tables: the largest number of quadrature nodes of a typical integral ([`AlbedoIntegral::typical_nodes`]),
 /// then the numbers of cells along each side and of planes. A table takes the first row whose largest number is not
-/// exceeded, else [`SMALLEST_SIZE`]. Few quadrature nodes mean few narrow orders, whose ridges need fine grids.
+/// exceeded, else [`SMALLEST_SIZE`]. Few quadrature nodes mean few orders, whose ridges need fine grids.
 ///
 /// Chosen for albedos of at most 1.01 (`tests/core/energy.rs`). Cells are even and planes odd, so that every other node
 /// forms a coarse grid.
@@ -45,16 +46,16 @@ const RESOLUTIONS: [(usize, (u32, u32)); 3] = [(400, (48, 17)), (1000, (32, 11))
 pub(super) const SMALLEST_SIZE: (u32, u32) = (16, 7);
 /// Spacing of the coarse grid and planes, in nodes or planes of the table.
 const COARSE_STRIDE: usize = 2;
-/// Smallest number of cells along each side of a table of few narrow orders. The divisor is raised about a ridge over a
+/// Smallest number of cells along each side of a table of few orders. The divisor is raised about a ridge over a
 /// width proportional to the cells. Chosen: larger cells would darken more directions.
 pub(super) const NARROW_CELLS_MIN: u32 = 24;
-/// Relative margin of the divisor for errors of interpolation. A smaller margin leaves larger albedos between nodes.
-/// With 0.015 no measured albedo of a grating exceeds one, but mean albedos are lower by 0.003 to 0.008. Tables with
-/// ridges and fewer cells than [`FINEST_CELLS`] have a margin that is larger in inverse proportion.
-///
-/// It is also the relative increase of the excess per unit of excess, since a large divisor changes much within a cell.
-/// This increase matters for reliefs a few µm deep.
+/// Relative margin of a node's divisor for errors of interpolation. A smaller margin leaves larger albedos between
+/// nodes. With 0.015 no measured albedo of a grating exceeds one, but mean albedos are lower by 0.003 to 0.008. Tables
+/// with ridges have this margin times [`FINEST_CELLS`] over their number of cells.
 pub(super) const MARGIN: f64 = 0.007;
+/// Relative increase of the excess per unit of excess, since a large divisor changes much within a cell. It matters for
+/// reliefs a few µm deep.
+const EXCESS_INCREASE: f64 = 0.007;
 /// Excess of the divisor from which it gets the whole [`MARGIN`]. Smaller excesses get a proportional part, so that the
 /// margin does not begin with a step. Chosen.
 pub(super) const MARGIN_FROM: f64 = 0.05;
@@ -90,11 +91,11 @@ pub(super) struct Nodes {
 /// Builder of the nodes of one table.
 pub(super) struct Builder<'a> {
     /// Integral of the model's reflectance over outgoing directions.
-    pub integral: &'a AlbedoIntegral<'a>,
+    integral: &'a AlbedoIntegral<'a>,
     /// Number of planes: odd, so that every other belongs to the coarse ones, and at least three.
-    pub planes: usize,
+    planes: usize,
     /// Wavelength in nm at a position among the planes.
-    pub wavelength_nm: &'a (dyn Fn(f64) -> f64 + Sync),
+    wavelength_nm: &'a (dyn Fn(f64) -> f64 + Sync),
     /// Whether the relief varies along x alone, so that directions mirrored at the x axis have equal albedos.
     is_mirrored: bool,
     /// Values of cosθo of orders on ridges ([`AlbedoIntegral::ridge_cosines`]); empty without ridges.
@@ -121,7 +122,8 @@ impl<'a> Builder<'a> {
     }
 
     /// Nodes of a table with the given grid. `None` if nothing has to be divided: no albedo at a node of the coarse
-    /// grid exceeds one, and the surface is a dielectric, which has no ridges between those nodes.
+    /// grid exceeds one, and the surface is a dielectric. Its reflectance vanishes along the surface, so it has no
+    /// ridges between those nodes.
     pub(super) fn build(&self, grid: Grid, progress: &Progress) -> Option<Nodes> {
         let coarse_grid = Grid { cells: grid.cells / COARSE_STRIDE as u32 };
         let coarse_planes = self.planes / COARSE_STRIDE + 1;
@@ -136,11 +138,11 @@ impl<'a> Builder<'a> {
         if self.integral.is_dielectric() && albedo.values.iter().all(|value| *value == 0.0) {
             return None;
         }
-        // This t has a in place of b. Since a may exceed the final divisor, t may be too small to be a divisor. It is
-        // the b of the table's nodes instead, which are raised to it below.
+        // With a in place of b, `fill_nodes` returns a t that may be too small, since a may exceed the final divisor.
+        // These values are not used as divisors, but as the b of the table's nodes.
         let coarse = self.fill_nodes(coarse_grid, COARSE_STRIDE, Some(&albedo), &steps);
         let mut nodes = self.fill_nodes(grid, 1, Some(&coarse), &steps);
-        // t bounds the albedo only if A ≥ b everywhere.
+        // b must not exceed the divisor anywhere. Nodes below it are raised to it.
         for (i, value) in nodes.values.iter_mut().enumerate() {
             let [x, y] = grid.position(i % grid.in_plane());
             let position = [x, y, (i / grid.in_plane()) as f64].map(|at| at / COARSE_STRIDE as f64);
@@ -148,6 +150,12 @@ impl<'a> Builder<'a> {
         }
         self.raise_cells(&mut nodes, &coarse, &steps);
         Some(nodes)
+    }
+
+    /// Whether the divisor has ridges. [`AlbedoIntegral::has_ridges`] leaves out tables of many orders, whose ridges
+    /// are low.
+    fn any_ridges(&self) -> bool {
+        !self.ridge_cosines.is_empty()
     }
 
     /// Number of nodes of a plane that are integrated: all, or those up to the middle row, which the others mirror.
@@ -160,17 +168,14 @@ impl<'a> Builder<'a> {
         if self.is_mirrored { grid.cells as usize / 2 } else { grid.cells as usize }
     }
 
-    /// Nodes of every `stride`-th plane on a grid, with the margin and the increases of [`Builder::tabulated`].
+    /// Nodes of every `stride`-th plane on a grid, with the increases of [`Builder::tabulated`].
     ///
     /// - Without `b` they hold the divisor `max(1, a)`, else `t` with the coarse nodes `b` as known divisors.
-    /// - A stride of 1 means the table's own grid. Its nodes get the largest `t` of several: with the orders in place,
-    ///   and with the orders moved onto each ridge.
+    /// - A stride of 1 means the table's own grid. Its nodes also get a margin, and the largest of several `t`: with
+    ///   the orders in place, and moved onto the ridges that cross the node's box, at one of several cosθo at a time.
     fn fill_nodes(&self, grid: Grid, stride: usize, b: Option<&Nodes>, steps: &Steps) -> Nodes {
         let integrated = self.integrated_nodes(grid);
         let planes = (self.planes - 1) / stride + 1;
-        // Unlike `AlbedoIntegral::has_ridges`, includes spectral tables of many narrow nodes, whose ridges are low.
-        let any_ridges = !self.ridge_cosines.is_empty();
-        let margin = if any_ridges { MARGIN * f64::from(FINEST_CELLS) / f64::from(grid.cells) } else { MARGIN };
         let integrate = |i: usize| {
             steps.one();
             let (plane, node) = ((i / integrated * stride) as f64, i % integrated);
@@ -180,15 +185,18 @@ impl<'a> Builder<'a> {
             if grid.is_beyond(radius) {
                 return 0.0;
             }
-            let mut t = self.divisor(wi, plane, b, None);
-            if stride == 1 {
-                let half_sides = box_half_sides(grid, position);
-                let spacing_nm = (self.wavelength_nm)(plane + 1.0) - (self.wavelength_nm)(plane);
-                for &cosine in &self.ridge_cosines {
-                    let ridge = Ridge { cosine, half_sides, half_range_um: BOX_PLANES * 1e-3 * spacing_nm };
-                    t = t.max(self.divisor(wi, plane, b, Some(ridge)));
-                }
+            let t = self.divisor(wi, plane, b, None);
+            if stride != 1 {
+                return self.tabulated(t, 0.0, wi, radius, grid) as f32;
             }
+            let half_sides = box_half_sides(grid, position);
+            let spacing_nm = (self.wavelength_nm)(plane + 1.0) - (self.wavelength_nm)(plane);
+            let t = self.ridge_cosines.iter().fold(t, |t, &cosine| {
+                let ridge = Ridge { cosine, half_sides, half_range_um: BOX_PLANES * 1e-3 * spacing_nm };
+                t.max(self.divisor(wi, plane, b, Some(ridge)))
+            });
+            let margin =
+                if self.any_ridges() { MARGIN * f64::from(FINEST_CELLS) / f64::from(grid.cells) } else { MARGIN };
             self.tabulated(t, margin, wi, radius, grid) as f32
         };
         let found: Vec<f32> = (0..planes * integrated).into_par_iter().map(integrate).collect();
@@ -202,7 +210,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Upper bound of `t` at a position among the planes, with the coarse nodes `b` as known divisors; without `b`,
-    /// `max(1, a)`. With a `ridge`, narrow orders near the horizon are moved onto it.
+    /// `max(1, a)`. With a `ridge`, orders near the horizon are moved onto it.
     ///
     /// Quadrature nodes are computed four at once, one in each lane; `Lanes::total` sums the lanes.
     fn divisor(&self, wi: Vec3, plane: f64, b: Option<&Nodes>, ridge: Option<Ridge>) -> f64 {
@@ -240,8 +248,8 @@ impl<'a> Builder<'a> {
         }
         let cells_from_rim = 0.5 * f64::from(grid.cells) * (1.0 - radius.min(1.0));
         let rim = RIM_INCREASE * (-2.0 * cells_from_rim).exp();
-        let grazing = if self.ridge_cosines.is_empty() { 0.0 } else { GRAZING_INCREASE * (1.0 - wi[2]).powi(16) };
-        let increased = (1.0 + rim + grazing + MARGIN * excess) * excess;
+        let grazing = if self.any_ridges() { GRAZING_INCREASE * (1.0 - wi[2]).powi(16) } else { 0.0 };
+        let increased = (1.0 + rim + grazing + EXCESS_INCREASE * excess) * excess;
         (increased + margin * t * (excess / MARGIN_FROM).min(1.0)) * wi[2] * wi[2]
     }
 }

@@ -1,19 +1,28 @@
 //! Plan of a grating's tables: their numbers of nodes and wavelengths, and the cost of their build.
 //!
-//! Wave numbers along x are in units of 2π over the period d (further symbols: `mod.rs`). `a` is that of the incident
-//! wave, a + m that of order m, and t = (d/λ)·√(1 − ky²/k²) bounds |a + m| of the orders that propagate in the air. The
-//! Bloch phase b is `a` up to an integer.
+//! Light has the wave number k = 2π/λ, and ky along the grooves. Wave numbers along x are in units of 2π/d, where d is
+//! the period:
 //!
-//! Lines of whole t − a and t + a divide the plane (t, a) into *cells*, in each of which the same number of orders
-//! propagates. p and q are the fractional parts of t − a and t + a, a wave's position in its cell. The solver solves
-//! nodes (p, q) of each cell, each for all orders at once; a node determines the *point* (t, b). The table has nodes of
-//! its own, interpolated from the solved ones. A *channel* is an order on one side of the relief. At each node a table
-//! has an *entry*, such as an efficiency, for each pair of an incident and an outgoing channel.
+//! - `a`: of the incident wave. That of order m is a + m.
+//! - `t = (d/λ)·√(1 − ky²/k²)`: largest of a wave in the air. Order m propagates there if |a + m| ≤ t.
+//! - `b`: Bloch phase, `a` up to an integer. All orders of a wave share it, so a solution at the *point* (t, b) holds
+//!   for each of them as the incident wave.
 //!
-//! Nodes on the profile, at which fields are solved, are *mesh nodes*. The field between two of them is summed over the
-//! periods, by *lattice sums* for the air and for the medium. At given t and b, those of the air are the same at all
-//! wavelengths. Those of a medium of index n depend on `tm² = t² + (n² − 1)(d/λ)²`, and so on the wavelength. An
-//! interface also has cells of the medium, where light is totally reflected: there tm takes the place of t.
+//! Lines of whole t − a and t + a divide the plane (t, a) into *cells*. In a cell the same number of orders propagates.
+//! The fractional parts `p` of t − a and `q` of t + a are the position in it. Cells that differ by a whole `a` have
+//! equal points, and count as one: cell `s = ⌊t − a⌋ + ⌊t + a⌋`, with s + 1 orders.
+//!
+//! Three kinds of node occur:
+//!
+//! - *Chebyshev nodes* (p, q) of a cell: the points that the solver solves.
+//! - *Nodes of the table* (p, q), interpolated from the solved ones. At each, a table has one *entry*, such as an
+//!   efficiency, for each pair of an incident and an outgoing *channel*: an order on one side of the relief.
+//! - *Mesh nodes*: points on the profile, at which the solver finds the fields.
+//!
+//! The field between two mesh nodes is summed over the periods, by *lattice sums* for the air and for the medium. At
+//! given t and b, those of the air are the same at all wavelengths. Those of a medium of index n depend on
+//! `tm² = t² + (n² − 1)(d/λ)²`, and so on the wavelength. An interface also has cells of the medium, where light is
+//! totally reflected: there tm takes the place of t.
 
 use super::GratingError;
 use super::body::GratingBody;
@@ -42,23 +51,23 @@ const TERMS_TOLERANCE: f64 = 6e-3;
 /// Number of cells from which [`TERMS_TOLERANCE`] applies unscaled: that of a period of 2.3 µm.
 const FULL_CELLS: f64 = 14.0;
 /// Accepted RMS error of an efficiency halfway between two wavelengths: a quarter of [`TERMS_TOLERANCE`], so that it
-/// adds little.
+/// adds little. It is larger than the stricter tolerance of less than 3.5 cells, periods below 0.45 µm.
 const WAVELENGTH_TOLERANCE: f64 = 0.25 * TERMS_TOLERANCE;
 
 // The following constants serve estimates of a build alone. A slower machine takes longer than estimated.
 
-/// Chebyshev nodes along either side of a cell at which most cells of a dielectric are solved, 8. Its efficiencies vary
+/// Chebyshev nodes along either side of a cell at which most cells of a dielectric are solved. Its efficiencies vary
 /// smoothly, without the anomalies of metals, so the fewest suffice.
 const DIELECTRIC_NODES: usize = NODE_COUNTS[0];
-/// Chebyshev nodes along either side of a cell at which most cells of metals and perfect conductors are solved, 17.
+/// Chebyshev nodes along either side of a cell at which most cells of metals and perfect conductors are solved.
 const METAL_NODES: usize = NODE_COUNTS[2];
-/// Step between wavelengths in nm that tables of dielectrics commonly have, 80.
+/// Step between wavelengths in nm that tables of dielectrics commonly have.
 const DIELECTRIC_STEP_NM: f64 = STEPS_NM[0];
-/// Step between wavelengths in nm that tables of metals commonly have, 20.
+/// Step between wavelengths in nm that tables of metals commonly have.
 const METAL_STEP_NM: f64 = STEPS_NM[2];
 /// Seconds on one core for the lattice sums of the air or of a medium at one point and wavelength, over the squared
-/// number of mesh nodes. A middle value: measured are 1e-6 in air, 6e-7 where no order propagates in it, and 1.5e-6 in
-/// dielectrics.
+/// number of mesh nodes. A middle value: measured are 1e-6 in air, 6e-7 in air without propagating orders, and 1.5e-6
+/// in dielectrics.
 const LATTICE_SECONDS: f64 = 1e-6;
 /// Seconds on one core for the remaining solution at one point and wavelength, over the cubed number of mesh nodes;
 /// measured.
@@ -113,8 +122,9 @@ pub(super) fn create_meshes(
     let cost = match body {
         GratingBody::Interface(eta) => {
             let mesh_nodes = resolution.nodes as f64;
-            // Each wavelength needs the lattice sums of one side alone: of the medium in cells of the air, and of the
-            // air in cells of the medium, at given tm. Those that all wavelengths of a point share are left out.
+            // Seconds of one point at one wavelength, with the lattice sums of one side. A point of the air needs those
+            // of the medium at each wavelength, and a point of the medium those of the air. The sums of its own side
+            // serve all wavelengths, and are left out.
             let seconds = LATTICE_SECONDS * mesh_nodes * mesh_nodes + SOLUTION_SECONDS * mesh_nodes.powi(3);
             InterfacePlan::new(basis.period_um, eta).estimate(seconds, basis.pair_bytes)
         }
@@ -153,7 +163,7 @@ pub(super) fn choose_resolution(basis: CostBasis, spacing: Option<Spacing>) -> T
     let cells = cell_count(basis.period_um);
     let stored = spacing.map_or(STORED_MAX, |spacing| {
         let wavelengths = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / spacing.step_nm;
-        // The number of nodes at which the bytes of `estimate` are BYTES_MAX.
+        // The number of nodes at which the table has about BYTES_MAX.
         let fitting = (BYTES_MAX / ENTRY_BYTES / entries(cells, Some(wavelengths))).sqrt() / f64::from(basis.sides);
         (fitting as usize).clamp(STORED, STORED_MAX)
     });
@@ -165,20 +175,22 @@ pub(super) fn choose_resolution(basis: CostBasis, spacing: Option<Spacing>) -> T
 /// [`BYTES_MAX`], far below the limits.
 pub(super) fn estimate(basis: CostBasis, mesh_nodes: usize, body: GratingBody<'_>) -> Estimate {
     let cells = cell_count(basis.period_um);
-    let is_perfect = matches!(body, GratingBody::Reflector(None));
-    // The lattice sums of a metal are tabulated, and a perfect conductor has none.
-    let (step_nm, medium_lattice) =
-        if body.is_dielectric() { (DIELECTRIC_STEP_NM, LATTICE_SECONDS) } else { (METAL_STEP_NM, 0.0) };
-    let (wavelengths_nm, _) = table_wavelengths(basis.period_um, Some(step_nm));
-    // None for a perfect conductor, which is solved once for both wavelengths of its table.
-    let solved_wavelengths = (!is_perfect).then_some(wavelengths_nm.len() as f64);
+    let step_nm = match body {
+        // Solved once for both wavelengths of its table.
+        GratingBody::Reflector(None) => None,
+        _ if body.is_dielectric() => Some(DIELECTRIC_STEP_NM),
+        _ => Some(METAL_STEP_NM),
+    };
+    let wavelengths = step_nm.map(|step_nm| table_wavelengths(basis.period_um, Some(step_nm)).0.len() as f64);
     let mesh_nodes = mesh_nodes as f64;
-    let wavelength_seconds = medium_lattice * mesh_nodes * mesh_nodes + SOLUTION_SECONDS * mesh_nodes.powi(3);
+    let lattice_seconds = LATTICE_SECONDS * mesh_nodes * mesh_nodes;
+    // The lattice sums of a metal are tabulated, and a perfect conductor has none.
+    let medium_seconds = if body.is_dielectric() { lattice_seconds } else { 0.0 };
+    let wavelength_seconds = medium_seconds + SOLUTION_SECONDS * mesh_nodes.powi(3);
     // The wavelengths share the lattice sums of the air.
-    let point_seconds =
-        LATTICE_SECONDS * mesh_nodes * mesh_nodes + solved_wavelengths.unwrap_or(1.0) * wavelength_seconds;
+    let point_seconds = lattice_seconds + wavelengths.unwrap_or(1.0) * wavelength_seconds;
     Estimate {
-        bytes: basis.pair_bytes * entries(cells, solved_wavelengths) * f64::from(basis.sides).powi(2),
+        bytes: basis.pair_bytes * entries(cells, wavelengths) * f64::from(basis.sides).powi(2),
         seconds: 0.5 * cells * basis.points_per_cell * point_seconds,
     }
 }
