@@ -157,7 +157,8 @@ def terms(surfaces: Surfaces, surface: Surface, counts: tuple) -> list[Panel]:
 
     They are Taylor's series about the lowest height, Taylor's series about the middle of the heights, and Chebyshev's.
     """
-    # `Surfaces.about_the_base` lowers one pixel, so that the middle of the heights is the others' lowest height.
+    # Series are about the middle of the heights. `Surfaces.about_the_base` lowers one pixel by the range of heights, so
+    # that this middle is the lowest height of all other pixels.
     based = surfaces.about_the_base(surface)
     box = FIRST_ORDER if surface.name == "blazed" else None
     panels = []

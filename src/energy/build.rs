@@ -94,7 +94,7 @@ pub(super) struct Builder<'a> {
     integral: &'a AlbedoIntegral<'a>,
     /// Number of planes: odd, so that every other belongs to the coarse ones, and at least three.
     planes: usize,
-    /// Wavelength in nm at a position among the planes.
+    /// Wavelength in nm at a position among the planes, up to one plane beyond the last.
     wavelength_nm: &'a (dyn Fn(f64) -> f64 + Sync),
     /// Whether the relief varies along x alone, so that directions mirrored at the x axis have equal albedos.
     is_mirrored: bool,
@@ -122,8 +122,8 @@ impl<'a> Builder<'a> {
     }
 
     /// Nodes of a table with the given grid. `None` if nothing has to be divided: no albedo at a node of the coarse
-    /// grid exceeds one, and the surface is a dielectric. Its reflectance vanishes along the surface, so it has no
-    /// ridges between those nodes.
+    /// grid exceeds one, and the surface is a dielectric. Its small-slope factor vanishes at the horizon, so there are
+    /// no ridges between those nodes.
     pub(super) fn build(&self, grid: Grid, progress: &Progress) -> Option<Nodes> {
         let coarse_grid = Grid { cells: grid.cells / COARSE_STRIDE as u32 };
         let coarse_planes = self.planes / COARSE_STRIDE + 1;
@@ -138,11 +138,11 @@ impl<'a> Builder<'a> {
         if self.integral.is_dielectric() && albedo.values.iter().all(|value| *value == 0.0) {
             return None;
         }
-        // With a in place of b, `fill_nodes` returns a t that may be too small, since a may exceed the final divisor.
-        // These values are not used as divisors, but as the b of the table's nodes.
+        // With a as b, `fill_nodes` returns a t that may be too small a divisor, since b may exceed the final divisor.
+        // It serves as the b of the table's nodes, which are raised to it below.
         let coarse = self.fill_nodes(coarse_grid, COARSE_STRIDE, Some(&albedo), &steps);
         let mut nodes = self.fill_nodes(grid, 1, Some(&coarse), &steps);
-        // b must not exceed the divisor anywhere. Nodes below it are raised to it.
+        // b must not exceed the divisor anywhere.
         for (i, value) in nodes.values.iter_mut().enumerate() {
             let [x, y] = grid.position(i % grid.in_plane());
             let position = [x, y, (i / grid.in_plane()) as f64].map(|at| at / COARSE_STRIDE as f64);

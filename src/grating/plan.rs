@@ -65,12 +65,12 @@ const METAL_NODES: usize = NODE_COUNTS[2];
 const DIELECTRIC_STEP_NM: f64 = STEPS_NM[0];
 /// Step between wavelengths in nm that tables of metals commonly have.
 const METAL_STEP_NM: f64 = STEPS_NM[2];
-/// Seconds on one core for the lattice sums of the air or of a medium at one point and wavelength, over the squared
-/// number of mesh nodes. A middle value: measured are 1e-6 in air, 6e-7 in air without propagating orders, and 1.5e-6
-/// in dielectrics.
+/// Seconds on one core for the lattice sums of the air or of a medium at one point and wavelength, divided by the
+/// squared number of mesh nodes. A middle value: measured are 1e-6 in air, 6e-7 in air without propagating
+/// orders, and 1.5e-6 in dielectrics.
 const LATTICE_SECONDS: f64 = 1e-6;
-/// Seconds on one core for the remaining solution at one point and wavelength, over the cubed number of mesh nodes;
-/// measured.
+/// Seconds on one core for the remaining solution at one point and wavelength, divided by the cubed number of mesh
+/// nodes; measured.
 const SOLUTION_SECONDS: f64 = 1.2e-9;
 
 /// Quantities that the size and the cost of a table depend on.

@@ -27,8 +27,9 @@ pub struct SpectralLayout {
 }
 
 impl SpectralLayout {
-    /// Whether the coherence window of a resized relief keeps its width. It does where both the sampler and the table
-    /// sum orders one by one. Elsewhere the window is resized with the pattern.
+    /// Whether the coherence window of a resized relief keeps its width, as a window in space does. The sampler and the
+    /// table can follow only if both hold separate orders, whose kernel is a Gaussian. Elsewhere the window is resized
+    /// with the pattern.
     pub fn keeps_window(&self) -> bool {
         let is_order = |kernel| matches!(kernel, InterpolationKernel::Gaussian { .. });
         matches!(self.sampler, SamplerLayout::Orders(_)) && self.table.kernel.into_iter().all(is_order)
@@ -76,7 +77,7 @@ impl<N: Numbers> SpectralLobe<'_, N> {
         self.layout.albedo.map(|layout| AlbedoView { layout, words: self.words[2] })
     }
 
-    /// Wavelengths at which tables of this relief's size are read, for light of a wavelength in nm.
+    /// Wavelengths and window with which the tables are read for the relief's size, for light of a wavelength in nm.
     #[inline(always)]
     pub(super) fn reading(&self, nm: N::Real) -> Reading<N> {
         Reading::resized(nm, self.size, self.layout.keeps_window())

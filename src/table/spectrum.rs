@@ -17,6 +17,13 @@
 //!
 //! Before a transform to a resampled lattice, the data are also divided by the transform of the interpolation kernel
 //! ([`super::kernel`]). Windows, tapers and kernels are products over x and y, so weights are kept for each axis.
+//!
+//! Three grids of pixels occur:
+//!
+//! - *screen grid*: the pixels of the relief, padded with zeros for an aperiodic scan.
+//! - *data*: the screen of a patch, or the autocorrelation of an ensemble. The latter has fewer and larger pixels over
+//!   the length of the screen grid, since high frequencies are cut (`band.rs`).
+//! - *lattice pixels*: as large as those of the data, over the lattice's period.
 
 use super::band::Band;
 use super::lattice::{Lattice, LatticeAxis, interpolation_tolerance, lag_grid, plan_lattice};
@@ -69,10 +76,10 @@ pub struct Spectrum {
     norm: f64,
     /// Numbers of pixels along x and y of the grid on which the screen is transformed; padded for an aperiodic scan.
     screen_grid: (usize, usize),
-    /// Bins of that transform that are kept along x and y, and their weights, for the autocorrelation of the ensemble
-    /// (`band.rs`). For a patch all are kept.
+    /// Weights of the bins of that transform that are kept along x and y for the autocorrelation of the ensemble
+    /// (`band.rs`). A patch keeps all. The number of bins is that of the data's pixels.
     bands: [Band; 2],
-    /// Source pixel and weight of each lattice pixel in FFT order, along x and y; see [`axis_weights`].
+    /// Pixel of the data and weight of each lattice pixel in FFT order, along x and y; see [`axis_weights`].
     weights: [Vec<(usize, f64)>; 2],
     /// From the padded screen to its power spectrum.
     lag_forward: Fft2<f64>,
@@ -93,7 +100,7 @@ impl Spectrum {
         let band_tolerance = interpolation_tolerance(model, tiling, tolerance);
         let band = |axis, lags, pixel_um| Band::new(axis, lags, pixel_um, band_tolerance);
         let bands = [band(&lattice.x, screen_grid.0, pixel_um.0), band(&lattice.y, screen_grid.1, pixel_um.1)];
-        // Grid of the band-limited autocorrelation, which has as many pixels as kept bins, or of a patch's data.
+        // Numbers of pixels of the data.
         let (data_x, data_y) = (bands[0].weights.len(), bands[1].weights.len());
         let s_um = window.sigma_um();
         Self {
@@ -157,8 +164,8 @@ impl Spectrum {
     fn autocorrelation(&self, kappa: f64) -> Vec<Complex64> {
         let (gx, gy) = self.screen_grid;
         let mut screen = self.tapered_screen(kappa);
-        // Both transforms are sums without a factor. Forward and back together they multiply by gx·gy, which the scale
-        // divides out.
+        // Both transforms are sums without a factor. Forward and back together they multiply by gx·gy, however many
+        // bins the way back sums. The scale divides this out.
         let scale = if self.tapers.is_some() {
             // Rows are padded with zeros to gx pixels; `Fft2::band` treats the missing rows as zero.
             let (nx, ny) = self.transform.size();
@@ -214,6 +221,7 @@ impl Spectrum {
                 centred[y * gx + (ix + gx - nx / 2) % gx] = c;
             }
         }
+        // The root, since a patch's nodes are amplitudes.
         self.windowed(&centred, self.total_power.sqrt().recip())
     }
 
@@ -236,8 +244,9 @@ impl Spectrum {
         grid
     }
 
-    /// Reorders FFT bins into nodes from `−reach` to `reach` along both axes. On a native axis with an even number of
-    /// pixels, the bin at half the sampling rate belongs to the nodes of both signs, which share its power equally.
+    /// Reorders FFT bins into nodes from `−reach` to `reach` ([`LatticeAxis::reach`]) along both axes. On a native axis
+    /// with an even number of pixels, the bin at half the sampling rate belongs to the nodes of both signs, which share
+    /// its power equally.
     fn collect_nodes(&self, bins: &[Complex64]) -> Vec<Complex64> {
         // Factor along an axis: half the power, or the amplitude of half the power.
         let half_bin = match self.model {
@@ -290,8 +299,8 @@ fn norm(lattice: &Lattice, model: Model, s_um: f64) -> f64 {
     }
 }
 
-/// Source pixel in the data and weight ([`LatticeAxis::window`]) of each lattice pixel along an axis, in FFT order. The
-/// data have `size` pixels, which repeat. For `aperiodic` data, weights beyond one period around the origin are zero.
+/// Pixel of the data and weight ([`LatticeAxis::window`]) of each lattice pixel along an axis, in FFT order. The data
+/// have `size` pixels, which repeat. For `aperiodic` data, weights beyond one period around the origin are zero.
 fn axis_weights(axis: &LatticeAxis, size: usize, aperiodic: bool) -> Vec<(usize, f64)> {
     let n = axis.pixels as i64;
     let pixel_um = axis.period_um / axis.pixels as f64;

@@ -14,13 +14,13 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// Largest number of nodes beyond a cell's corners, along each axis, that are raised with the corners. The number is
-/// one for each half turn by which the *relief phase* changes across a cell: the phase between the relief's lowest and
-/// highest point, in proportion to cosθ ([`AlbedoIntegral::phase_max`]). Chosen: a larger limit darkens reliefs tens of
-/// µm deep.
+/// one for each half turn by which the *relief phase* changes across a cell. This is the phase between the relief's
+/// lowest and highest point (`AlbedoIntegral::phase_max`), in proportion to cosθ. Chosen: a larger limit darkens
+/// reliefs tens of µm deep.
 const DEEP_REACH_MAX: usize = 3;
-/// Change of the relief phase across a cell, in radians, from which reliefs with ridges and transparent bodies count as
-/// deep. Other reliefs count as deep from half a turn, π. With π for all, an albedo of 1.037 remains on a rough relief
-/// 1.2 µm deep.
+/// Change of the relief phase across a cell, in radians, from which reliefs with ridges count as deep, and transparent
+/// bodies (`transparent.rs`). Other reliefs count as deep from half a turn, π. With π for all, an albedo of 1.037
+/// remains on a rough relief 1.2 µm deep.
 pub(in crate::energy) const DEEP_PHASE: f64 = 2.0;
 /// Check points within a cell of a deep relief, in place of its centre: fractions of the cell along x, y and plane.
 /// Chosen half-way between its centre and four of its corners.
@@ -42,7 +42,7 @@ impl Builder<'_> {
         // Change of the relief phase across a cell, in radians, and the number of nodes raised beyond a corner.
         let cell_phase = self.integral.phase_max() * grid.cell_cosine();
         let reach = ((cell_phase / PI) as usize).min(DEEP_REACH_MAX);
-        let is_deep = reach > 0 || self.integral.has_ridges() && cell_phase > DEEP_PHASE;
+        let is_deep = reach > 0 || (self.integral.has_ridges() && cell_phase > DEEP_PHASE);
         let increase = if is_deep { DEEP_INCREASE } else { 1.0 };
         // Deficits `[gap][y][x]` of the cells in the integrated rows.
         let deficit = |i: usize| {

@@ -59,8 +59,8 @@ pub(super) fn solve(factors: &View<'_>, pivots: &[usize], mut right: ViewMut<'_>
 /// Step k of Gaussian elimination: exchanges row k with the pivot row, subtracts multiples of row k from the rows
 /// below, and stores the multipliers, a column of L, below the diagonal.
 ///
-/// Returns the pivot row: the row from k on with the largest element in column k. If all are zero, the factors are not
-/// finite, which the caller of [`solve`] checks.
+/// Returns the pivot row: the row from k on with the largest element in column k. If all are zero, the solution is
+/// not finite, which the caller of [`solve`] checks.
 fn eliminate(a: &mut ViewMut<'_>, k: usize) -> usize {
     // The sum is within a factor √2 of the modulus, which suffices to choose a pivot, and takes no square root.
     let magnitude = |row: usize| a.re[(row, k)].abs() + a.im[(row, k)].abs();
