@@ -165,6 +165,14 @@ def test_batches_equal_the_command_lines(package):
     np.testing.assert_array_equal(surface.pdf(wi, wo, nm), pdf)
 
 
+def test_parameters_may_be_numpy_scalars(package):
+    surface = package.Surface(**{**QUICK, "coherence_length": np.float32(20)}, eta=np.float64(1.5), k=np.int64(0))
+    plain = package.Surface(**{**QUICK, "coherence_length": 20}, eta=1.5, k=0)
+    assert surface.eval([0, 0, 1], [0.6, 0, 0.8], 550.0) == plain.eval([0, 0, 1], [0.6, 0, 0.8], 550.0)
+    with pytest.raises(package.SunbeamError, match="eta is neither a number"):
+        package.Surface(**QUICK, eta=1.5 + 2j)
+
+
 def test_samples_equal_the_command_lines(package):
     surface, wi, u = package.Surface(**QUICK), np.float32([0.6, 0, 0.8]), np.random.default_rng(3).random((40, 3), "f4")
     lines = [{"wi": wi.tolist(), "wavelength": [450, 600], "u": random.tolist()} for random in u]

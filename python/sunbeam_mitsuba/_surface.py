@@ -12,6 +12,7 @@ import ctypes
 import json
 import math
 import os
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_size_t, c_ssize_t, c_void_p
 from functools import cache
@@ -134,6 +135,20 @@ def _triples(name: str, values: ArrayLike) -> Floats:
     return array
 
 
+def _config(parameters: Mapping[str, object]) -> bytes:
+    """The parameters as JSON; NumPy scalars and paths as Python's numbers and texts."""
+
+    def plain(value: object) -> object:
+        return value.item() if isinstance(value, np.generic) else os.fsdecode(cast(Any, value))
+
+    for name, value in parameters.items():
+        try:
+            json.dumps(value, default=plain)
+        except (TypeError, ValueError) as error:
+            raise SunbeamError(f"{name} is neither a number, a text, a truth value nor a path: {value!r}") from error
+    return json.dumps(parameters, default=plain).encode()
+
+
 class Surface:
     """A diffracting surface with its tables, which the constructor builds or reads from the cache.
 
@@ -163,7 +178,7 @@ class Surface:
         pixel_um: float | tuple[float, float] | None = None,
         **parameters: Parameter,
     ):
-        config = json.dumps(parameters, default=os.fspath).encode()
+        config = _config(parameters)
         handle = c_void_p()
         self._handle = None
         if heights_um is None:
