@@ -115,8 +115,8 @@ impl ColourAlbedoTable {
     }
 }
 
-/// Weights `[node][band]` of wavelength nodes in the mean over a band. They are exact for values that are linear between
-/// the nodes and constant beyond them, not negative, and sum to 1 for each band.
+/// Weights `[node][band]` of wavelength nodes in the mean over a band. They are exact for values that are linear
+/// between the nodes and constant beyond them, not negative, and sum to 1 for each band.
 fn band_weights(first_nm: f64, spacing_nm: f64, nodes: usize) -> Vec<[f64; BANDS]> {
     let mut sums = vec![[0.0; BANDS]; nodes];
     for (i, weights) in WavelengthWeights::per_nm().iter().enumerate() {
