@@ -26,7 +26,7 @@ pub(super) use raise::DEEP_PHASE;
 
 use super::grid::{Grid, place};
 use super::integral::AlbedoIntegral;
-use super::node_gaussian::Ridge;
+use super::ridge::Ridge;
 use crate::numeric::math::lerp;
 use crate::numeric::{Lanes, Numbers, Real, VALUES_MAX, Values};
 use crate::scattering::Vec3;
@@ -41,7 +41,7 @@ const FINEST_CELLS: u32 = RESOLUTIONS[0].1.0;
 ///
 /// Chosen for albedos of at most 1.01 (`tests/core/energy.rs`). Cells are even and planes odd, so that every other node
 /// forms a coarse grid.
-const RESOLUTIONS: [(usize, (u32, u32)); 3] = [(400, (48, 17)), (1000, (32, 11)), (4000, (20, 9))];
+const RESOLUTIONS: [(usize, (u32, u32)); 3] = [(150, (48, 17)), (400, (32, 11)), (2000, (20, 9))];
 /// Numbers of cells and planes of the smallest table, chosen as those of [`RESOLUTIONS`].
 pub(super) const SMALLEST_SIZE: (u32, u32) = (16, 7);
 /// Spacing of the coarse grid and planes, in nodes or planes of the table.

@@ -4,10 +4,12 @@
 //! the two directions: `O·M`, or `Q·M` in small-slope theory. O is the obliquity factor, Q the small-slope factor and M
 //! the V-cavity factor of shadowing (docs/model.md#the-reflectance).
 //!
-//! The table's nodes carry Gaussians over frequency, which are *narrow* or *wide* over the hemisphere ([`PANELS_MAX`]).
-//! A node's *record* in the table gives its power `P(κ)` at the phase rate κ. Narrow nodes are integrated one by one,
-//! or merged in squares of frequencies (`merging.rs`). The sum of wide nodes, the power spectrum `S(f; κ)`, is
-//! integrated over the hemisphere (`quadrature.rs`).
+//! A portion of the power (`portion.rs`) has the power `P(κ)` at the phase rate κ, spread around a frequency f. At the
+//! incidence wi it is spread over outgoing direction cosines around `λf − wi`, at the distance ρ from the origin. The
+//! horizon is the unit circle, ρ = 1, where F has the pole `1/cosθo`.
+//!
+//! The fast integral divides a portion into cells, uniform along x and y, and a cell into steps of cosθo. Each step has
+//! one quadrature node, at its middle cosine, where `∫ dρ/cosθo` over the step is met to second order in its width.
 //!
 //! A *ridge* is a narrow maximum of the albedo along the incidences from which an order leaves along the surface.
 //! Tables of the albedo treat such an order as if it left slightly above the surface, at one of a few cosines
@@ -17,20 +19,28 @@
 //! follow from λ' = λ/s, and the phase rate κ from λ" = λ/d (`scattering/size.rs`). The wavelengths that callers pass
 //! are λ'. Without resizing λ, λ' and λ" are equal. w is `cosθi + cosθo`.
 
-use super::merging::{SEPARATE_MAX, is_limited, merged_gaussians, node_gaussians};
-use super::node_gaussian::{Incidence, NodeGaussian, PANEL_PHASE_MAX, PANEL_SIGMAS, Ridge, peak_cosine};
-use super::power_grid::PowerGrid;
-use super::quadrature::hemisphere;
+use super::accurate;
+use super::portion::{Cell, Portion, REACH, cells, node_gaussians, portions};
+use super::ridge::{Ridge, length, peak_cosine};
 use crate::numeric::{Number, Real, Values};
 use crate::scattering::{
-    COSINE_MIN, ComplexIndex, Obliquity, Options, Pair, SpectralIndex, TYPICAL_WAVELENGTH_UM, Vec3,
+    COSINE_MIN, ComplexIndex, Obliquity, Options, SpectralIndex, TYPICAL_WAVELENGTH_UM, Vec3,
 };
 use crate::table::{LatticeAxis, NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MIN_NM};
-use std::f64::consts::{LOG2_E, TAU};
+use std::f64::consts::TAU;
 
-/// Largest number of panels over the hemisphere with which a table's nodes count as wide. Chosen: with more, it is
-/// faster to integrate nodes one by one.
-const PANELS_MAX: f64 = 24.0;
+/// Cells of a Gaussian per unit of `σ/cos²θo` along the radius, where 1/cosθo curves.
+const CELLS_AT_HORIZON: f64 = 8.0;
+/// Cells of a Gaussian per σ in direction cosines.
+const CELLS_PER_SIGMA: f64 = 20.0;
+/// Cells of a Gaussian per radian of the relief's phase over σ.
+const CELLS_PER_PHASE: f64 = 1.0;
+/// Largest number of cells of a Gaussian along an axis.
+const CELLS_MAX: usize = 16;
+/// Steps of cosθo in a cell per radian of the relief's phase.
+const STEPS_PER_PHASE: f64 = 0.25;
+/// Steps of cosθo in a cell per relative change of `cosθi + cosθo`.
+const STEPS_PER_COSINE: f64 = 16.0;
 
 /// Largest cosθo at which orders on a ridge are counted. Smaller values leave larger albedos (0.3 leaves 1.05 on a
 /// steep sinusoid); larger ones take longer.
@@ -48,55 +58,32 @@ pub(crate) struct AlbedoIntegral<'a> {
     table: &'a SpectralTable,
     /// Obliquity, shadowing and index: the parameters of F.
     options: &'a Options,
-    /// Source of the fractions P_m.
-    power: Power<'a>,
+    /// Portions of the power.
+    portions: Vec<Portion<'a>>,
+    /// Divisions of a Gaussian into 1 to [`CELLS_MAX`] cells along an axis; empty in the accurate integral.
+    divisions: Vec<Vec<Cell>>,
     /// λ" in nm for every integral; `None` where λ" is the integral's own wavelength λ'.
     depth_wavelength_nm: Option<f64>,
-}
-
-/// Form in which the power of a table is integrated.
-enum Power<'a> {
-    /// Narrow nodes, or merged squares of them. With `exact_cut`, Gaussians that extend beyond the frequencies that the
-    /// pixels resolve are integrated exactly up to them.
-    Gaussians { gaussians: Vec<NodeGaussian<'a>>, exact_cut: bool },
-    /// Wide nodes, read from the table.
-    Table,
-    /// Wide nodes, read from a finer grid, which is faster.
-    Grid(PowerGrid),
 }
 
 impl<'a> AlbedoIntegral<'a> {
     /// The accurate integral, the reference for albedos. `None` for a table of amplitudes, whose powers do not add.
     pub(crate) fn accurate(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
-        let gaussians = || Power::Gaussians { gaussians: node_gaussians(table), exact_cut: is_limited(table) };
-        Self::new(table, options, gaussians, || Power::Table)
+        let is_power = table.quantity() == NodeQuantity::Power;
+        is_power.then(|| Self { portions: node_gaussians(table), divisions: Vec::new(), table, options, depth_wavelength_nm: None })
     }
 
-    /// The fast integral, from which tables of the albedo are built, with an error below 1 %. `None` as in
+    /// The fast integral, from which tables of the albedo are built, with an error of about 1 %. `None` as in
     /// [`AlbedoIntegral::accurate`].
     pub(crate) fn fast(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
-        let gaussians = || Power::Gaussians { gaussians: merged_gaussians(table), exact_cut: false };
-        Self::new(table, options, gaussians, || Power::Grid(PowerGrid::new(table)))
+        let accurate = Self::accurate(table, options)?;
+        Some(Self { portions: portions(table), divisions: (1..=CELLS_MAX).map(cells).collect(), ..accurate })
     }
 
-    /// The integral of a table, with the power in the form that `narrow` or `wide` makes, by the width of its nodes.
-    /// `None` for a table of amplitudes.
-    fn new(
-        table: &'a SpectralTable,
-        options: &'a Options,
-        narrow: impl Fn() -> Power<'a>,
-        wide: impl Fn() -> Power<'a>,
-    ) -> Option<Self> {
-        (table.quantity() == NodeQuantity::Power).then(|| {
-            let power = if panels_over_the_hemisphere(table) <= PANELS_MAX { wide() } else { narrow() };
-            Self { table, options, power, depth_wavelength_nm: None }
-        })
-    }
-
-    /// Multiplies the standard deviations of the Gaussians of narrow nodes by `factor`. Wide nodes stay unchanged.
+    /// Multiplies the standard deviations of Gaussians by `factor`. Squares stay unchanged.
     pub(super) fn scale_widths(&mut self, factor: f64) {
-        if let Power::Gaussians { gaussians, .. } = &mut self.power {
-            gaussians.iter_mut().for_each(|gaussian| gaussian.sigma_f = gaussian.sigma_f.map(|sigma| sigma * factor));
+        for portion in self.portions.iter_mut().filter(|portion| !portion.is_square) {
+            portion.sigma_f = portion.sigma_f.map(|sigma| sigma * factor);
         }
     }
 
@@ -109,8 +96,8 @@ impl<'a> AlbedoIntegral<'a> {
     /// the integral, whose sum is the albedo. Surplus lanes have parts of zero. Nothing is visited unless wi lies above
     /// the surface.
     ///
-    /// The reflectance f excludes the Fresnel reflectance and includes the small-slope factor. With a `ridge`, narrow
-    /// orders near the horizon are moved onto it.
+    /// The reflectance f excludes the Fresnel reflectance and includes the small-slope factor. With a `ridge`, orders
+    /// near the horizon are moved onto it in the fast integral.
     pub(crate) fn visit<V: Values>(
         &self,
         wi: Vec3,
@@ -132,52 +119,87 @@ impl<'a> AlbedoIntegral<'a> {
 
     /// Quadrature nodes of an incidence at a wavelength, in no particular order.
     fn quadrature_nodes(&self, wi: Vec3, wavelength_um: f64, ridge: Option<Ridge>) -> Vec<QuadratureNode<'_>> {
-        let lattice = self.table.lattice();
-        // Outgoing direction cosines up to the cutoff, the largest order that the pixels resolve: |wi + wo|/λ ≤
-        // cutoff/period along each axis.
-        let resolved = [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, cosine)| {
-            let reach = wavelength_um * axis.cutoff / axis.period_um;
-            [-reach - cosine, reach - cosine]
-        });
-        match &self.power {
-            Power::Gaussians { gaussians, exact_cut } => {
-                let phase = phase_per_cosine(self.table, self.depth_wavelength_um(wavelength_um));
-                let incidence = Incidence { wi, wavelength_um, resolved, phase, exact_cut: *exact_cut, ridge };
-                let mut nodes = Vec::new();
-                for gaussian in gaussians {
-                    gaussian.integrate(&incidence, |wo, factor, exponent| {
-                        nodes.push(QuadratureNode { wo, factor, exponent, record: &gaussian.record });
-                    });
-                }
-                nodes
+        let phase = phase_per_cosine(self.table, self.depth_wavelength_um(wavelength_um));
+        let mut nodes = Vec::new();
+        for portion in &self.portions {
+            let visit = |wo, fraction| nodes.push(QuadratureNode { wo, fraction, record: &portion.record });
+            if self.divisions.is_empty() {
+                accurate::integrate(self.table, portion, wi, wavelength_um, self.resolved(wi, wavelength_um), phase, visit);
+            } else {
+                self.integrate(portion, wi, wavelength_um, phase, ridge, visit);
             }
-            Power::Table => self.wide_nodes(wi, wavelength_um, resolved, |f, kappa| self.table.density(f, kappa)),
-            Power::Grid(grid) => self.wide_nodes(wi, wavelength_um, resolved, |f, kappa| grid.density(f, kappa)),
         }
+        nodes
     }
 
-    /// Quadrature nodes of a table of wide nodes, within the outgoing direction cosines `resolved`. `density` is
-    /// S(f; κ) in µm², of a frequency in cycles/µm and κ in rad/µm.
-    fn wide_nodes(
+    /// Outgoing direction cosines `[[x low, x high], [y low, y high]]` up to the cutoff, the largest order that the
+    /// pixels resolve: |wi + wo|/λ ≤ cutoff/period along each axis.
+    fn resolved(&self, wi: Vec3, wavelength_um: f64) -> [[f64; 2]; 2] {
+        let lattice = self.table.lattice();
+        [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, cosine)| {
+            let reach = wavelength_um * axis.cutoff / axis.period_um;
+            [-reach - cosine, reach - cosine]
+        })
+    }
+
+    /// Calls `visit` with the directions of a portion's quadrature nodes and their fractions of the portion. The
+    /// wavelength is in µm; `phase` is [`phase_per_cosine`].
+    fn integrate(
         &self,
+        portion: &Portion,
         wi: Vec3,
         wavelength_um: f64,
-        resolved: [[f64; 2]; 2],
-        density: impl Fn([f64; 2], f64) -> f64,
-    ) -> Vec<QuadratureNode<'_>> {
-        let depth_wavelength_um = self.depth_wavelength_um(wavelength_um);
-        let phase = phase_per_cosine(self.table, depth_wavelength_um);
-        let mut nodes = Vec::new();
-        let widest = wide_node_panels(self.table, wavelength_um).map(|width| width.min(PANEL_PHASE_MAX / phase));
-        hemisphere(resolved, widest, wi[2], |wo, area| {
-            if let Some(pair) = Pair::new(wi, wo) {
-                let f = [pair.u / wavelength_um, pair.v / wavelength_um];
-                // S/λ², the power per area of direction cosines.
-                let power_per_area = density(f, pair.kappa(depth_wavelength_um)) / (wavelength_um * wavelength_um);
-                nodes.push(QuadratureNode { wo, factor: area * power_per_area, ..QuadratureNode::NONE });
-            }
+        phase: f64,
+        ridge: Option<Ridge>,
+        mut visit: impl FnMut(Vec3, f64),
+    ) {
+        let sigma = portion.sigma_f.map(|sigma| wavelength_um * sigma);
+        let widest = sigma[0].max(sigma[1]);
+        let mut centre = [0, 1].map(|axis| wavelength_um * portion.f[axis] - wi[axis]);
+        if let Some(ridge) = ridge {
+            centre = ridge.moved(centre, portion.f, widest);
+        }
+        let rho_squared = centre[0] * centre[0] + centre[1] * centre[1];
+        // Most nodes of a natural relief lie beyond the horizon, and are rejected before a root is taken.
+        if rho_squared >= (1.0 + REACH * widest).powi(2) {
+            return;
+        }
+        let rho = rho_squared.sqrt().max(f64::MIN_POSITIVE);
+        // σ along the radius bounds cos²θo from below.
+        let cos_squared = (1.0 - rho_squared).max(length([0, 1].map(|c| centre[c] / rho * sigma[c])));
+        let [x, y] = [0, 1].map(|c| {
+            let along = (centre[c] / rho).abs();
+            let per_sigma = CELLS_PER_SIGMA
+                + along * (CELLS_AT_HORIZON / cos_squared + CELLS_PER_PHASE * phase * rho / cos_squared.sqrt());
+            let count = if portion.is_square { 1 } else { (sigma[c] * per_sigma).round().clamp(1.0, CELLS_MAX as f64) as usize };
+            &self.divisions[count - 1]
         });
-        nodes
+        for x in x {
+            for y in y {
+                let at = [centre[0] + x.middle * sigma[0], centre[1] + y.middle * sigma[1]];
+                let rho = length(at).max(f64::MIN_POSITIVE);
+                let half = length([at[0] * x.half * sigma[0], at[1] * y.half * sigma[1]]) / rho;
+                // Range of ρ above the horizon, counted from the horizon down, like cosines.
+                let (near, far) = ((rho + half).min(1.0), rho - half);
+                if far >= 1.0 {
+                    continue;
+                }
+                let root = |s: f64| (1.0 - s * s).max(0.0).sqrt();
+                let (cos_near, cos_far) = (root(near), root(far));
+                let change = phase * STEPS_PER_PHASE + STEPS_PER_COSINE / (wi[2] + 0.5 * (cos_near + cos_far));
+                let steps = (change * (cos_far - cos_near).abs()).round().clamp(1.0, 64.0);
+                let cos_at = |step: f64| cos_near + (cos_far - cos_near) * step / steps;
+                let mut before = near;
+                for step in 1..=steps as usize {
+                    let cos = cos_at(step as f64 - 0.5);
+                    let end = if step == steps as usize { far } else { root(cos_at(step as f64)) };
+                    let sin = root(cos) / rho;
+                    let fraction = if half > 0.0 { (before - end) / (2.0 * half) } else { 1.0 };
+                    visit([at[0] * sin, at[1] * sin, cos], x.fraction * y.fraction * fraction);
+                    before = end;
+                }
+            }
+        }
     }
 
     /// λ" in µm of an integral at a wavelength λ' in µm.
@@ -196,20 +218,10 @@ impl<'a> AlbedoIntegral<'a> {
         phase_per_cosine(self.table, 1e-3 * self.depth_wavelength_nm.unwrap_or(WAVELENGTH_MIN_NM))
     }
 
-    /// Whether the table has narrow nodes, at most [`SEPARATE_MAX`]. The albedo then has a high ridge where one of them
+    /// Whether all portions are Gaussians. They are few and narrow, and the albedo has a high ridge where one of them
     /// leaves along the surface.
     pub(crate) fn has_ridges(&self) -> bool {
-        self.separate_nodes().is_some_and(|nodes| nodes <= SEPARATE_MAX)
-    }
-
-    /// Number of narrow nodes; `None` if some are merged, or if nodes are wide.
-    fn separate_nodes(&self) -> Option<usize> {
-        match &self.power {
-            Power::Gaussians { gaussians, .. } => {
-                gaussians.iter().all(|gaussian| !gaussian.merged).then_some(gaussians.len())
-            }
-            Power::Table | Power::Grid(_) => None,
-        }
+        self.portions.iter().all(|portion| !portion.is_square)
     }
 
     /// Whether F contains the small-slope factor of a dielectric, so that it vanishes at the horizon instead of having
@@ -219,13 +231,12 @@ impl<'a> AlbedoIntegral<'a> {
         self.options.obliquity == Obliquity::SmallSlope && index.is_some_and(SpectralIndex::is_dielectric)
     }
 
-    /// Values of cosθo at which orders on a ridge are counted ([`Ridge::cosine`]), in geometric progression.
+    /// Values of cosθo at which orders on a ridge are counted ([`Ridge::cosine`]), in geometric progression. Empty
+    /// without ridges.
     ///
     /// At the first value a Gaussian adds most to the albedo ([`peak_cosine`]); the last is [`RIDGE_COSINE_MAX`].
-    /// Tables of many narrow nodes have low ridges, and get one value, the geometric mean of these two. Empty if nodes
-    /// are merged or wide.
     pub(crate) fn ridge_cosines(&self) -> Vec<f64> {
-        if self.separate_nodes().is_none() {
+        if !self.has_ridges() {
             return Vec::new();
         }
         // Standard deviation of a node in direction cosines, the larger one of both axes.
@@ -235,9 +246,6 @@ impl<'a> AlbedoIntegral<'a> {
                 .into_iter()
                 .fold(0.0, f64::max);
         let first = peak_cosine(sigma).clamp(RIDGE_COSINE_MIN, RIDGE_COSINE_MAX);
-        if !self.has_ridges() {
-            return vec![(first * RIDGE_COSINE_MAX).sqrt()];
-        }
         // With `first` at the upper bound there are 0 steps and one value. The bound 1 then avoids a division by 0.
         let steps = ((RIDGE_COSINE_MAX / first).ln() / RIDGE_RATIO.ln()).ceil();
         (0..=steps as i32).map(|k| first * (RIDGE_COSINE_MAX / first).powf(f64::from(k) / steps.max(1.0))).collect()
@@ -253,25 +261,20 @@ impl<'a> AlbedoIntegral<'a> {
     }
 }
 
-/// Quadrature node of an albedo integral: a direction wo and its fraction P_m of the power.
-///
-/// The fraction is `factor·exp(exponent)·P(κ)` for [`Power::Gaussians`], with `P(κ)` from the table's `record`. For the
-/// other forms of the power it is `factor` alone.
+/// Quadrature node of an albedo integral: a direction wo and its fraction of the power `P(κ)`.
 #[derive(Clone, Copy)]
 struct QuadratureNode<'a> {
     /// Unit vector.
     wo: Vec3,
-    /// Weight of the quadrature times the power; without the power for [`Power::Gaussians`].
-    factor: f64,
-    /// Exponent of the Gaussian, at most 0.
-    exponent: f64,
-    /// Record of the table that gives `P(κ)`.
+    /// Fraction of the power.
+    fraction: f64,
+    /// Record that gives `P(κ)`.
     record: &'a [f32],
 }
 
 impl QuadratureNode<'_> {
     /// Node without power.
-    const NONE: Self = Self { wo: [0.0, 0.0, 1.0], factor: 0.0, exponent: 0.0, record: &[] };
+    const NONE: Self = Self { wo: [0.0, 0.0, 1.0], fraction: 0.0, record: &[] };
 }
 
 /// Quantities that all quadrature nodes of an incidence share.
@@ -310,13 +313,8 @@ impl<'a, V: Values> Integrand<'a, V> {
         let cosines = [self.wi[2], wo[2].max(V::Real::lit(COSINE_MIN))];
         let q = [self.wi[0] + wo[0], self.wi[1] + wo[1], cosines[0] + cosines[1]];
         let factor = self.integral.options.albedo_factor(q, cosines, self.index);
-        let mut part = V::pack(|lane| nodes[lane].factor) * factor;
-        if let Power::Gaussians { .. } = self.integral.power {
-            let curves = PowerCurves::<V>::new(self.integral.table, q[2] * self.kappa_per_w);
-            let gaussian = (V::pack(|lane| nodes[lane].exponent) * V::Real::lit(LOG2_E)).exp2();
-            part = part * gaussian * curves.power(|lane| nodes[lane].record);
-        }
-        (wo, part)
+        let power = PowerCurves::<V>::new(self.integral.table, q[2] * self.kappa_per_w).power(|lane| nodes[lane].record);
+        (wo, V::pack(|lane| nodes[lane].fraction) * factor * power)
     }
 }
 
@@ -325,26 +323,6 @@ impl<'a, V: Values> Integrand<'a, V> {
 pub(super) fn phase_per_cosine(table: &SpectralTable, wavelength_um: f64) -> f64 {
     // The knee is the reciprocal of half the range of heights.
     TAU / wavelength_um * 2.0 / table.kappa_knee()
-}
-
-/// Largest widths of panels of 16 quadrature nodes that resolve a table's wide nodes, along x and y in radians. They
-/// are computed in direction cosines, which change at most as fast as the angles of `quadrature.rs`.
-fn wide_node_panels(table: &SpectralTable, wavelength_um: f64) -> [f64; 2] {
-    let lattice = table.lattice();
-    [&lattice.x, &lattice.y].map(|axis| PANEL_SIGMAS * wavelength_um * axis.sigma / axis.period_um)
-}
-
-/// Number of the panels of [`wide_node_panels`] over the hemisphere, at the shortest wavelength and normal incidence.
-fn panels_over_the_hemisphere(table: &SpectralTable) -> f64 {
-    let wavelength_um = 1e-3 * WAVELENGTH_MIN_NM;
-    let lattice = table.lattice();
-    let widths = wide_node_panels(table, wavelength_um);
-    let panels = [(&lattice.x, widths[0]), (&lattice.y, widths[1])].map(|(axis, width)| {
-        // Largest angle with the normal, in radians: that of the cutoff, or of the horizon.
-        let angle_max = (wavelength_um * axis.cutoff / axis.period_um).min(1.0).asin();
-        (2.0 * angle_max / width).ceil()
-    });
-    panels[0] * panels[1]
 }
 
 #[cfg(test)]

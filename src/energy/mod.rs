@@ -27,18 +27,18 @@
 //!
 //! Where an order passes the horizon, t has a ridge narrower than a cell. A node stands for the incidences and
 //! wavelengths around it, its *box*. In step 3 it therefore gets the largest of several t: with the orders in place,
-//! and with the orders moved onto a ridge that crosses the box ([`node_gaussian::Ridge`]). Between nodes an albedo of
+//! and with the orders moved onto a ridge that crosses the box ([`ridge::Ridge`]). Between nodes an albedo of
 //! 1.01 may remain (docs/tables.md#energy).
 
+mod accurate;
 mod build;
 mod colour;
 mod grid;
 mod integral;
-mod merging;
-mod node_gaussian;
-mod power_grid;
+mod portion;
 mod quadrature;
 mod report;
+mod ridge;
 mod sizes;
 mod transparent;
 
@@ -47,6 +47,7 @@ pub use colour::{ColourAlbedoTable, ColourAlbedoView};
 pub(crate) use grid::GridPlace;
 pub(crate) use integral::AlbedoIntegral;
 pub use report::AlbedoReport;
+pub(crate) use report::integrated_albedos;
 pub use sizes::SizeAxes;
 
 use crate::numeric::math::{bf16_pair, lerp};

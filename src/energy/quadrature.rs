@@ -1,4 +1,4 @@
-//! Quadrature rules, and their product over the hemisphere of outgoing directions.
+//! Product of Gauss–Legendre rules over the hemisphere of outgoing directions.
 //!
 //! A direction `(x, y, cosθo)` has two angles from −π/2 to π/2: α from the xz plane, and ψ around the y axis from the
 //! normal.
@@ -11,7 +11,6 @@
 //! are short steps of x and y there. At grazing incidence `1/(cosθi + cosθo)²` changes rapidly near the horizon, which
 //! then gets panels of its own.
 
-use crate::numeric::math::sines_and_cosines;
 use crate::scattering::Vec3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -20,32 +19,9 @@ use std::f64::consts::FRAC_PI_2;
 /// coarsely; narrower ones leave more of it to the other panels.
 const HORIZON_COSINES: f64 = 8.0;
 
-/// Quadrature rule on [−1, 1] that is symmetric about zero: pairs of a positive abscissa and its weight. The negative
-/// abscissae have equal weights.
-pub(super) struct SymmetricRule<const PAIRS: usize>(pub [(f64, f64); PAIRS]);
-
-/// Abscissae and weights of the three-point Gauss–Hermite rule for a standard normal variate.
-pub(super) const HERMITE_3: [(f64, f64); 3] =
-    [(0.0, 2.0 / 3.0), (-1.732_050_807_568_877_2, 1.0 / 6.0), (1.732_050_807_568_877_2, 1.0 / 6.0)];
-
-/// Abscissae and weights of the five-point Gauss–Hermite rule for a standard normal variate.
-pub(super) const HERMITE_5: [(f64, f64); 5] = [
-    (0.0, 8.0 / 15.0),
-    (-1.355_626_179_974_266, 0.222_075_922_005_612_6),
-    (1.355_626_179_974_266, 0.222_075_922_005_612_6),
-    (-2.856_970_013_872_805_6, 0.011_257_411_327_720_7),
-    (2.856_970_013_872_805_6, 0.011_257_411_327_720_7),
-];
-
-/// The six-point Gauss–Legendre rule on [−1, 1].
-pub(super) const LEGENDRE_6: SymmetricRule<3> = SymmetricRule([
-    (0.238_619_186_083_196_9, 0.467_913_934_572_691_04),
-    (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
-    (0.932_469_514_203_152, 0.171_324_492_379_170_35),
-]);
-
-/// The 16-point Gauss–Legendre rule on [−1, 1].
-pub(super) const LEGENDRE_16: SymmetricRule<8> = SymmetricRule([
+/// Positive abscissae and weights of the 16-point Gauss–Legendre rule on [−1, 1]. The negative abscissae have equal
+/// weights.
+const LEGENDRE_16: [(f64, f64); 8] = [
     (0.095_012_509_837_637_44, 0.189_450_610_455_068_5),
     (0.281_603_550_779_258_9, 0.182_603_415_044_923_6),
     (0.458_016_777_657_227_4, 0.169_156_519_395_002_5),
@@ -54,15 +30,15 @@ pub(super) const LEGENDRE_16: SymmetricRule<8> = SymmetricRule([
     (0.865_631_202_387_831_7, 0.095_158_511_682_492_8),
     (0.944_575_023_073_232_6, 0.062_253_523_938_647_9),
     (0.989_400_934_991_649_9, 0.027_152_459_411_754_1),
-]);
+];
 
 /// Quadrature node on an interval of angles.
 #[derive(Clone, Copy)]
-pub(super) struct Angle {
-    pub sin: f64,
-    pub cos: f64,
+struct Angle {
+    sin: f64,
+    cos: f64,
     /// Weight in radians. The weights of all nodes sum to the length of the interval.
-    pub weight: f64,
+    weight: f64,
 }
 
 /// Calls `visit` with each quadrature node's direction `(x, y, cosθo)` and its area `cosθo dω`, over the directions
@@ -88,7 +64,7 @@ pub(super) fn hemisphere(bounds: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mu
     // Nodes in ψ at one α, and the range of ψ that they cover. Most α have the full range and share its nodes.
     let (mut psi_nodes, mut psi_range) = (Vec::new(), [f64::NAN; 2]);
     for alpha_range in ends.windows(2) {
-        for alpha in in_panels([alpha_range[0], alpha_range[1]], widest[1], &LEGENDRE_16) {
+        for alpha in in_panels([alpha_range[0], alpha_range[1]], widest[1]) {
             let range = bounds_x.map(|x| (x / alpha.cos.max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0).asin());
             if range != psi_range {
                 psi_range = range;
@@ -96,7 +72,7 @@ pub(super) fn hemisphere(bounds: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mu
                 // Panels of the horizon at the low and at the high end, and the others between them.
                 let [inner_low, inner_high] = [-edge, edge].map(|psi: f64| psi.clamp(range[0], range[1]));
                 let parts = [[range[0], inner_low], [inner_low, inner_high], [inner_high, range[1]]].into_iter();
-                psi_nodes.extend(parts.flat_map(|part| in_panels(part, widest[0], &LEGENDRE_16)));
+                psi_nodes.extend(parts.flat_map(|part| in_panels(part, widest[0])));
             }
             for psi in &psi_nodes {
                 let area = psi.weight * alpha.weight * alpha.cos * alpha.cos * psi.cos;
@@ -106,27 +82,18 @@ pub(super) fn hemisphere(bounds: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mu
     }
 }
 
-/// Quadrature nodes between two angles in radians. `rule` is applied in each of the fewest panels of equal width that
-/// are at most `widest` radians wide. Empty if `high ≤ low`.
-pub(super) fn in_panels<const PAIRS: usize>(
-    [low, high]: [f64; 2],
-    widest: f64,
-    rule: &'static SymmetricRule<PAIRS>,
-) -> impl Iterator<Item = Angle> {
+/// Quadrature nodes between two angles in radians. [`LEGENDRE_16`] is applied in each of the fewest panels of equal
+/// width that are at most `widest` radians wide. Empty if `high ≤ low`.
+fn in_panels([low, high]: [f64; 2], widest: f64) -> impl Iterator<Item = Angle> {
     let range = (high - low).max(0.0);
     let panels = (range / widest).ceil() as usize;
     let half_width = 0.5 * range / panels.max(1) as f64;
-    // Sine and cosine of each pair's angle from the middle of its panel, equal in all panels. `sines_and_cosines` takes
-    // four angles; those beyond the last pair are 0 and unused.
-    let mut offsets = [(0.0, 0.0); PAIRS];
-    for (four, pairs) in offsets.chunks_mut(4).zip(rule.0.chunks(4)) {
-        let angle = |i: usize| pairs.get(i).map_or(0.0, |(abscissa, _)| half_width * abscissa);
-        four.copy_from_slice(&sines_and_cosines(std::array::from_fn(angle))[..four.len()]);
-    }
+    // Sine and cosine of each pair's angle from the middle of its panel, equal in all panels.
+    let offsets = LEGENDRE_16.map(|(abscissa, _)| (half_width * abscissa).sin_cos());
     // The addition theorems give sine and cosine of the sum of the panel's middle and the offset.
     (0..panels).flat_map(move |panel| {
         let (sin, cos) = (low + (2 * panel + 1) as f64 * half_width).sin_cos();
-        rule.0.iter().zip(offsets).flat_map(move |(&(_, weight), (offset_sin, offset_cos))| {
+        LEGENDRE_16.into_iter().zip(offsets).flat_map(move |((_, weight), (offset_sin, offset_cos))| {
             [-offset_sin, offset_sin].map(|offset_sin| Angle {
                 sin: sin * offset_cos + cos * offset_sin,
                 cos: cos * offset_cos - sin * offset_sin,
@@ -146,21 +113,17 @@ mod tests {
     #[test]
     fn panels_integrate_a_constant_and_the_cosine() {
         const ROUNDING: f64 = 1e-13;
-        fn check<const PAIRS: usize>(rule: &'static SymmetricRule<PAIRS>) {
-            for widest in [3.0, 0.7, 0.1] {
-                let (mut cosine, mut length) = (0.0, 0.0);
-                for angle in in_panels([-0.4, 0.9], widest, rule) {
-                    cosine += angle.weight * angle.cos;
-                    length += angle.weight;
-                }
-                assert!((length - 1.3).abs() < ROUNDING, "{PAIRS} pairs, {widest}: {length}");
-                let exact = 0.9f64.sin() + 0.4f64.sin();
-                assert!((cosine - exact).abs() < RULE_ERROR, "{PAIRS} pairs, {widest}: {cosine} {exact}");
+        for widest in [3.0, 0.7, 0.1] {
+            let (mut cosine, mut length) = (0.0, 0.0);
+            for angle in in_panels([-0.4, 0.9], widest) {
+                cosine += angle.weight * angle.cos;
+                length += angle.weight;
             }
+            assert!((length - 1.3).abs() < ROUNDING, "{widest}: {length}");
+            let exact = 0.9f64.sin() + 0.4f64.sin();
+            assert!((cosine - exact).abs() < RULE_ERROR, "{widest}: {cosine} {exact}");
         }
-        check(&LEGENDRE_6);
-        check(&LEGENDRE_16);
-        assert_eq!(in_panels([0.5, 0.5], 0.1, &LEGENDRE_6).count(), 0);
+        assert_eq!(in_panels([0.5, 0.5], 0.1).count(), 0);
     }
 
     /// Sum of the nodes' areas cosθ dω: the area in the plane of direction cosines.

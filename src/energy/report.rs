@@ -4,7 +4,7 @@ use super::grid::Grid;
 use super::integral::AlbedoIntegral;
 use super::{AlbedoTable, AlbedoView};
 use crate::numeric::{Lanes, Numbers, Real, Values};
-use crate::scattering::Reading;
+use crate::scattering::{Reading, Vec3};
 use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -27,6 +27,22 @@ pub struct AlbedoReport {
     pub albedo_mean_unscaled: f64,
     /// Mean albedo after division, over wavelengths and over incident directions weighted by cosθ.
     pub albedo_mean_scaled: f64,
+}
+
+/// Albedos of a direction at a wavelength in nm, before and after division by a table at the relief's own size.
+pub(crate) fn integrated_albedos(integral: &AlbedoIntegral, table: Option<&AlbedoTable>, wi: Vec3, nm: f64) -> [f64; 2] {
+    let view = table.map(|table| AlbedoView::<Lanes> { layout: table.layout, words: &table.words });
+    let divided = view.as_ref().map(|view| (view, view.place(wi.map(Real4::lit))));
+    let reading = Reading::at(Real4::lit(nm));
+    let (mut before, mut after) = (Real4::lit(0.0), Real4::lit(0.0));
+    integral.visit::<Lanes>(wi, nm, None, |wo, part| {
+        before += part;
+        after += match &divided {
+            None => part,
+            Some((view, place)) => part * view.factor_at(place, &view.place(wo), &reading, Lanes::mask(true)),
+        };
+    });
+    [before, after].map(Lanes::total)
 }
 
 /// Sums over incident directions and wavelengths.
@@ -58,7 +74,6 @@ impl AlbedoReport {
     /// Integrates the albedo at every other node of the table's grid, and at uniform wavelengths, one for every other
     /// plane of the table.
     pub(super) fn new(integral: &AlbedoIntegral, table: &AlbedoTable, progress: &Progress) -> Self {
-        let view = AlbedoView::<Lanes> { layout: table.layout, words: &table.words };
         let grid = Grid { cells: table.layout.cells / 2 };
         // The table has at least two planes, so these are at least two, too.
         let planes = table.layout.planes as usize / 2 + 1;
@@ -82,14 +97,7 @@ impl AlbedoReport {
                 return Sums::default();
             }
             let nm = WAVELENGTH_MIN_NM + plane as f64 * spacing_nm;
-            let (place, reading) = (view.place(wi.map(Real4::lit)), Reading::at(Real4::lit(nm)));
-            // `part` is the part of the albedo at the quadrature nodes wo.
-            let (mut before, mut after) = (Real4::lit(0.0), Real4::lit(0.0));
-            integral.visit::<Lanes>(wi, nm, None, |wo, part| {
-                before += part;
-                after += part * view.factor_at(&place, &view.place(wo), &reading, Lanes::mask(true));
-            });
-            let (before, after) = (Lanes::total(before), Lanes::total(after));
+            let [before, after] = integrated_albedos(integral, Some(table), wi, nm);
             // cosθ times the solid angle of a node, which is proportional to √cosθ: cosθ = (1 − r²)² at the radius r,
             // so |d cosθ| = 2√cosθ·d(r²).
             let weight = count * wi[2].powf(1.5);

@@ -20,9 +20,7 @@
 use super::build::{DEEP_PHASE, MARGIN, MARGIN_FROM, NARROW_CELLS_MIN, SMALLEST_SIZE};
 use super::grid::Grid;
 use super::integral::phase_per_cosine;
-use super::merging::merged_gaussians;
-use super::node_gaussian::{NodeGaussian, SHARP_SIGMA};
-use super::quadrature::HERMITE_5;
+use super::portion::{Portion, cells, portions};
 use super::sizes::SizeAxes;
 use super::{AlbedoLayout, AlbedoTable, packets};
 use crate::numeric::{Lanes, Number, Numbers, Real, Values};
@@ -37,6 +35,11 @@ const FEW: usize = 100;
 /// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few Gaussians; many have
 /// [`SMALLEST_SIZE`]. Chosen: more planes leave smaller errors between nodes, and take longer and more memory.
 const CELLS_AND_PLANES_OF_FEW: (u32, u32) = (NARROW_CELLS_MIN, 11);
+/// Standard deviation of a Gaussian in direction cosines from which it has [`CELLS`] along an axis. In units of the wave
+/// number in the medium. Chosen.
+const SHARP_SIGMA: f64 = 0.01;
+/// Number of cells along an axis on which a Gaussian is wide. Chosen.
+const CELLS: usize = 5;
 /// Offsets from a node of the grid at which albedos of deep reliefs ([`DEEP_PHASE`]) are integrated: along x and y in
 /// cells, and in planes. They are the node and four corners of a cube around it. Chosen: a larger cube also has maxima
 /// nearer to other nodes, and darkens more directions; a smaller one misses maxima between nodes. With the node alone,
@@ -52,8 +55,8 @@ struct BodyIntegral<'a> {
     table: &'a SpectralTable,
     /// The body as an interface, even if it is a film, so that light trapped in the film counts as transmitted.
     body: TransparentBody,
-    /// Gaussians of the nodes at frequencies that the pixels resolve, weak ones merged.
-    gaussians: Vec<NodeGaussian<'a>>,
+    /// Portions of the power.
+    portions: Vec<Portion<'a>>,
 }
 
 impl AlbedoTable {
@@ -70,7 +73,7 @@ impl AlbedoTable {
         }
         let integral = BodyIntegral::new(table, body);
         let parts = integral.parts();
-        let (cells, planes) = if integral.has_few_gaussians() { CELLS_AND_PLANES_OF_FEW } else { SMALLEST_SIZE };
+        let (cells, planes) = if integral.has_few_portions() { CELLS_AND_PLANES_OF_FEW } else { SMALLEST_SIZE };
         // Phase of the relief in rad per unit of w, at the shortest wavelength.
         let phase_max = phase_per_cosine(table, 1e-3 * WAVELENGTH_MIN_NM);
         let (planes, sizes) = match sizes {
@@ -128,45 +131,40 @@ impl AlbedoTable {
     }
 }
 
-/// Gaussian of a node, or a part of it that counts at a frequency of its own.
+/// Portion of the power, or a part of it that counts at a frequency of its own.
 struct Part<'a> {
     /// Frequency along x and y in cycles/µm.
     f: [f64; 2],
-    /// Fraction of the node's power.
+    /// Fraction of the portion's power.
     fraction: f64,
-    gaussian: &'a NodeGaussian<'a>,
+    portion: &'a Portion<'a>,
 }
 
 impl<'a> BodyIntegral<'a> {
     /// The integral of a body, from the table of its relief magnified by the index.
     fn new(table: &'a SpectralTable, body: TransparentBody) -> Self {
-        // Frequencies up to the cutoff, beyond which the pixels do not resolve the relief.
-        let mut gaussians = merged_gaussians(table);
-        gaussians.retain(|gaussian| table.is_resolved(gaussian.f));
-        Self { table, body: TransparentBody { is_film: false, ..body }, gaussians }
+        Self { table, body: TransparentBody { is_film: false, ..body }, portions: portions(table) }
     }
 
     /// Whether the Gaussians are at most [`FEW`].
-    fn has_few_gaussians(&self) -> bool {
-        self.gaussians.len() <= FEW
+    fn has_few_portions(&self) -> bool {
+        self.portions.len() <= FEW
     }
 
-    /// Quadrature nodes of the integral: one of each Gaussian along an axis on which it is narrow, and five along an
-    /// axis on which it is wide. With one, an albedo of 1.12 would remain on a relief of index 1, 70 nm deep, whose
-    /// orders are many and wide. The merged ones of many Gaussians are weak, and have one node.
+    /// Quadrature nodes of the integral: one of each portion along an axis on which it is narrow or a square, and
+    /// [`CELLS`] along an axis on which it is wide. With one, an albedo of 1.12 would remain on a relief of index 1,
+    /// 70 nm deep, whose orders are many and wide.
     fn parts(&self) -> Vec<Part<'_>> {
-        let single = [(0.0, 1.0)];
+        let [one, several] = [1, CELLS].map(cells);
         let mut parts = Vec::new();
-        for gaussian in &self.gaussians {
-            // Offsets in standard deviations and weights, along x and y.
-            let [x, y]: [&[(f64, f64)]; 2] = gaussian.sigma_f.map(|sigma| {
-                let is_weak = gaussian.merged && !self.has_few_gaussians();
-                let is_sharp = is_weak || sigma * TYPICAL_WAVELENGTH_UM < SHARP_SIGMA;
-                if is_sharp { &single[..] } else { &HERMITE_5[..] }
+        for portion in &self.portions {
+            let [x, y] = portion.sigma_f.map(|sigma| {
+                let is_single = portion.is_square || sigma * TYPICAL_WAVELENGTH_UM < SHARP_SIGMA;
+                if is_single { &one } else { &several }
             });
-            for ((dx, weight_x), (dy, weight_y)) in x.iter().flat_map(|x| y.iter().map(move |y| (*x, *y))) {
-                let f = [gaussian.f[0] + dx * gaussian.sigma_f[0], gaussian.f[1] + dy * gaussian.sigma_f[1]];
-                parts.push(Part { f, fraction: weight_x * weight_y, gaussian });
+            for (x, y) in x.iter().flat_map(|x| y.iter().map(move |y| (x, y))) {
+                let f = [portion.f[0] + x.middle * portion.sigma_f[0], portion.f[1] + y.middle * portion.sigma_f[1]];
+                parts.push(Part { f, fraction: x.fraction * y.fraction, portion });
             }
         }
         parts
@@ -198,7 +196,7 @@ impl<'a> BodyIntegral<'a> {
                 let wo = [x, y, Real4::select(to_below, -cos, cos)];
                 let pair = self.body.pair(&incident, &self.body.wave::<Lanes>(wo));
                 let kappa = pair.normal() * lit(TAU * 1e3 / depth_nm);
-                let power = PowerCurves::<Lanes>::new(self.table, kappa).power(|lane| &at(lane).gaussian.record);
+                let power = PowerCurves::<Lanes>::new(self.table, kappa).power(|lane| &at(lane).portion.record);
                 // `pair.power()` is F.
                 let scattered = power.max(lit(0.0)) * pair.power() * fraction;
                 albedo += Real4::select(lit(0.0).lt(cos_squared), scattered, lit(0.0));

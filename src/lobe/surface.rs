@@ -6,7 +6,7 @@
 
 use super::spectral::{SpectralLayout, SpectralLobe};
 use super::{Answer, Sample, TransmissiveLobe};
-use crate::energy::{AlbedoIntegral, AlbedoReport, AlbedoTable};
+use crate::energy::{AlbedoIntegral, AlbedoReport, AlbedoTable, integrated_albedos};
 use crate::height_field::HeightField;
 use crate::numeric::{Numbers, Plain};
 use crate::sampling::Sampler;
@@ -231,14 +231,10 @@ impl Surface {
         if self.options.body.is_some() {
             return None;
         }
-        // Factor of the division by the albedo.
-        let per_albedo =
-            |wo: Vec3| self.albedo_table.as_ref().map_or(1.0, |albedos| albedos.factor(wi, wo, wavelength_nm));
         let table = self.unpacked.get_or_init(|| self.table.unpacked());
-        let mut albedo = 0.0;
         let integral = AlbedoIntegral::accurate(table, &self.options)?;
-        integral.visit::<Plain<f64>>(wi, wavelength_nm, None, |wo, part| albedo += part * per_albedo(wo));
-        Some(albedo)
+        let [_, divided] = integrated_albedos(&integral, self.albedo_table.as_deref(), wi, wavelength_nm);
+        Some(divided)
     }
 }
 

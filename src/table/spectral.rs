@@ -5,7 +5,6 @@
 //! ([module](super)).
 
 use super::lattice::{Lattice, LatticeAxis, TAPS_MAX};
-use super::node_curve::NodeCurve;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::ops::Range;
@@ -171,21 +170,6 @@ impl SpectralTable {
                 }
             }
         }
-    }
-
-    /// `S(f; κ)` in µm² at a frequency in cycles/µm and κ in rad/µm, for integrals over tables that are not packed.
-    /// Evaluators use [`super::PackedTable::density`].
-    pub(crate) fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
-        if !self.is_resolved(f) {
-            return 0.0;
-        }
-        let curve = NodeCurve::new(self, kappa);
-        let position = [f[0] * self.lattice.x.period_um, f[1] * self.lattice.y.period_um];
-        self.combine(position, |index| match self.offsets[index] as usize {
-            0 => Complex64::ZERO,
-            start if self.quantity == NodeQuantity::Power => curve.power(&self.records[start..]).into(),
-            start => curve.amplitude(&self.records[start..]),
-        })
     }
 
     /// `S` in µm² at `position` (in nodes, within the cutoff) from the values of nodes: `value(index)`, with the

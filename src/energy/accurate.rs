@@ -1,0 +1,84 @@
+//! Accurate quadrature of a Gaussian of the power spectrum over the hemisphere.
+//!
+//! A Gaussian far from the horizon, and narrow enough for the relief's phase, takes a Gauss–Hermite rule. Otherwise
+//! panels of Gauss–Legendre rules cover its part within the hemisphere (`quadrature.rs`).
+
+use super::portion::Portion;
+use super::quadrature::hemisphere;
+use crate::numeric::math::GAUSSIAN_REACH;
+use crate::scattering::{Vec3, direction_above};
+use crate::table::SpectralTable;
+
+/// Abscissae and weights of the three-point Gauss–Hermite rule for a standard normal variate.
+const HERMITE_3: [(f64, f64); 3] =
+    [(0.0, 2.0 / 3.0), (-1.732_050_807_568_877_2, 1.0 / 6.0), (1.732_050_807_568_877_2, 1.0 / 6.0)];
+/// Standard deviation in direction cosines below which one quadrature node stands for a Gaussian far from the horizon.
+/// Chosen for the error of 0.2 % that the tests of the accurate integral allow.
+const SHARP_SIGMA: f64 = 0.01;
+/// Smallest `cos²θo/σ`, with θo of the centre, at which one quadrature node stands for a Gaussian. The mean of
+/// `1/cosθo` then has an error of 0.1 %.
+const ONE_NODE_SIGMAS: f64 = 40.0;
+/// Smallest `cos²θo/σ`, with θo of the centre, at which three quadrature nodes per axis stand for a Gaussian. They give
+/// the mean of `1/cosθo` to 1e-5.
+const THREE_NODES_SIGMAS: f64 = 16.0;
+/// Largest change of the relief's phase over a panel of 16 quadrature nodes, in radians: about five periods. Chosen:
+/// wider panels sample fringes too coarsely; narrower ones take longer.
+const PANEL_PHASE_MAX: f64 = 30.0;
+/// Largest width of a panel of 16 quadrature nodes, in standard deviations. Chosen: wider panels are less accurate;
+/// narrower ones take longer.
+const PANEL_SIGMAS: f64 = 18.0;
+
+/// Calls `visit` with each quadrature node of the Gaussian above the horizon: its direction and its fraction of the
+/// Gaussian. The wavelength is in µm. `resolved` are the outgoing direction cosines between which the pixels resolve
+/// the relief, `[[x low, x high], [y low, y high]]`. `phase` is the change of the relief's phase, in radians from its
+/// lowest point to its highest, per unit of cosθo.
+pub(super) fn integrate(
+    table: &SpectralTable,
+    gaussian: &Portion,
+    wi: Vec3,
+    wavelength_um: f64,
+    resolved: [[f64; 2]; 2],
+    phase: f64,
+    mut visit: impl FnMut(Vec3, f64),
+) {
+    let sigma = gaussian.sigma_f.map(|sigma| wavelength_um * sigma);
+    let widest = sigma[0].max(sigma[1]);
+    let centre = [0, 1].map(|axis| wavelength_um * gaussian.f[axis] - wi[axis]);
+    let rho_squared = centre[0] * centre[0] + centre[1] * centre[1];
+    if rho_squared >= (1.0 + GAUSSIAN_REACH * widest).powi(2) {
+        return;
+    }
+    let rho = rho_squared.sqrt();
+    let ends = [0, 1].map(|axis| [-GAUSSIAN_REACH, GAUSSIAN_REACH].map(|t| centre[axis] + t * sigma[axis]));
+    let is_whole = [0, 1].iter().all(|&axis| resolved[axis][0] <= ends[axis][0] && ends[axis][1] <= resolved[axis][1]);
+    // Whether Gauss–Hermite rules follow `1/cosθo` and the relief's phase. The pole of the former then lies 1 σ beyond
+    // the Gaussian's ends, and the phase changes by phase·σ·ρ/cosθo < 1 rad over σ. Both bounds are chosen.
+    let is_clear = 1.0 - rho > (GAUSSIAN_REACH + 1.0) * widest
+        && phase * widest * rho < (1.0 - rho_squared).max(0.0).sqrt();
+    // Whether cos²θo/σ exceeds a bound; cos²θo = 1 − ρ².
+    let is_far = |sigmas: f64| 1.0 - rho_squared > sigmas * widest;
+    if is_whole && is_clear && is_far(THREE_NODES_SIGMAS) {
+        let is_sharp = widest < SHARP_SIGMA && is_far(ONE_NODE_SIGMAS);
+        let rule: &[(f64, f64)] = if is_sharp { &[(0.0, 1.0)] } else { &HERMITE_3 };
+        for (tx, weight_x) in rule {
+            for (ty, weight_y) in rule {
+                if let Some(wo) = direction_above(centre[0] + tx * sigma[0], centre[1] + ty * sigma[1]) {
+                    visit(wo, weight_x * weight_y);
+                }
+            }
+        }
+        return;
+    }
+    let bounds = [0, 1].map(|axis| {
+        [ends[axis][0].max(resolved[axis][0]), ends[axis][1].min(resolved[axis][1])]
+    });
+    // Widths in radians of the angles of `hemisphere`, in which a Gaussian is no narrower than in direction cosines.
+    let panels = sigma.map(|sigma| (PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / phase));
+    // Per area of direction cosines. The table's kernel is a Gaussian, or resembles one.
+    let norm = table.norm() / (wavelength_um * wavelength_um);
+    hemisphere(bounds, panels, wi[2], |wo, area| {
+        let [x, y] = [(0, &table.lattice().x), (1, &table.lattice().y)]
+            .map(|(c, axis)| axis.kernel.weight((wo[c] - centre[c]) / wavelength_um * axis.period_um));
+        visit(wo, area * norm * x * y);
+    });
+}

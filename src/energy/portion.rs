@@ -1,0 +1,161 @@
+//! Portions of a power spectrum: the Gaussians of a table's nodes, or squares of frequencies that sum many of them.
+//!
+//! A spectral table of powers has a Gaussian over frequency for each of its nodes. A node's *record* in the table gives
+//! its power by phase rate. Records are linear in the power, so the sum of several records is the record of their sum.
+
+use crate::scattering::TYPICAL_WAVELENGTH_UM;
+use crate::table::{LatticeAxis, NodeCurve, SpectralTable};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+/// Largest number of narrow Gaussians that stay separate. Chosen: a larger number is more accurate but takes longer.
+pub(super) const SEPARATE_MAX: usize = 640;
+/// Number of the strongest narrow Gaussians that stay separate where others are summed. Chosen: a larger number is more
+/// accurate but takes longer.
+const STRONGEST: usize = 200;
+/// Side in cycles/µm of the squares for narrow Gaussians. Chosen: larger squares leave fewer portions; smaller ones
+/// keep more of the nodes' frequencies.
+const NARROW_SIDE_PER_UM: f64 = 0.14;
+/// Standard deviation in direction cosines, at a typical wavelength, from which a Gaussian is wide. All wide Gaussians
+/// are summed in squares. Chosen: a Gaussian just below takes as long as the squares that it covers.
+const WIDE_SIGMA: f64 = 0.04;
+/// Side of the squares for wide Gaussians, in their standard deviations. A square of this side adds 5 % to the
+/// variance.
+const WIDE_SIDE_SIGMAS: f64 = 0.8;
+/// Standard deviation of a uniform variate on an interval of length 1: 1/√12.
+const UNIFORM_SIGMA: f64 = 0.288_675_134_594_812_9;
+/// Distance from its centre, in standard deviations, at which a Gaussian is cut off. 3e-4 of its power lies beyond,
+/// which its cells share in proportion.
+pub(super) const REACH: f64 = 3.6;
+
+/// Portion of the power of a spectral table.
+#[derive(Clone)]
+pub(super) struct Portion<'a> {
+    /// Frequency of its centre along x and y in cycles/µm.
+    pub f: [f64; 2],
+    /// Standard deviation along x and y in cycles/µm.
+    pub sigma_f: [f64; 2],
+    /// Whether it is uniform over a square, instead of a Gaussian.
+    pub is_square: bool,
+    /// Record of its power by phase rate.
+    pub record: Cow<'a, [f32]>,
+}
+
+/// Cell of a Gaussian: an interval of a standard normal variate.
+#[derive(Clone, Copy)]
+pub(super) struct Cell {
+    /// Middle of the interval.
+    pub middle: f64,
+    /// Half of the interval's width.
+    pub half: f64,
+    /// Probability of the interval.
+    pub fraction: f64,
+}
+
+/// Division of a standard normal variate into `count` cells of equal width and uniform density. They are scaled so that
+/// their variance is 1.
+pub(super) fn cells(count: usize) -> Vec<Cell> {
+    let half = REACH / count as f64;
+    let middle = |i: usize| (2 * i + 1) as f64 * half - REACH;
+    let cell = |i: usize| Cell { middle: middle(i), half, fraction: probability(middle(i) - half, middle(i) + half) };
+    let cells: Vec<Cell> = (0..count).map(cell).collect();
+    let total: f64 = cells.iter().map(|cell| cell.fraction).sum();
+    // A uniform interval has the variance half²/3.
+    let second_moment = |cell: &Cell| cell.fraction * (cell.middle * cell.middle + half * half / 3.0);
+    let scale = (total / cells.iter().map(second_moment).sum::<f64>()).sqrt();
+    let scaled = |Cell { middle, half, fraction }| Cell {
+        middle: scale * middle,
+        half: scale * half,
+        fraction: fraction / total,
+    };
+    cells.into_iter().map(scaled).collect()
+}
+
+/// Probability that a standard normal variate lies between two numbers.
+fn probability(low: f64, high: f64) -> f64 {
+    let cumulative = |t: f64| 0.5 * (1.0 + libm::erf(t / std::f64::consts::SQRT_2));
+    cumulative(high) - cumulative(low)
+}
+
+/// One Gaussian for every node with a record.
+pub(super) fn node_gaussians(table: &SpectralTable) -> Vec<Portion<'_>> {
+    let axes = [&table.lattice().x, &table.lattice().y];
+    let sigma_f = axes.map(LatticeAxis::sigma_per_um);
+    let kept = table.kept_nodes().into_iter();
+    kept.map(|(jx, jy, record)| Portion {
+        f: [jx as f64 / axes[0].period_um, jy as f64 / axes[1].period_um],
+        sigma_f,
+        is_square: false,
+        record: record.into(),
+    })
+    .collect()
+}
+
+/// The Gaussians of a table if they are narrow, at most [`SEPARATE_MAX`], and have no cutoff. Otherwise squares, next
+/// to the [`STRONGEST`] Gaussians if these are narrow. All lie within the frequencies that the pixels resolve.
+pub(super) fn portions(table: &SpectralTable) -> Vec<Portion<'_>> {
+    let mut gaussians = node_gaussians(table);
+    let axes = [&table.lattice().x, &table.lattice().y];
+    let sigma_f = axes.map(LatticeAxis::sigma_per_um);
+    let is_wide = sigma_f[0].max(sigma_f[1]) * TYPICAL_WAVELENGTH_UM > WIDE_SIGMA;
+    // A table has a cutoff along an axis on which its nodes sample a continuous spectrum, instead of being orders.
+    let cutoffs = axes.map(|axis| axis.cutoff / axis.period_um);
+    if !is_wide && gaussians.len() <= SEPARATE_MAX && cutoffs == [f64::INFINITY; 2] {
+        return gaussians;
+    }
+    let sides = [0, 1].map(|c| {
+        let side = match (is_wide, axes[c].reach) {
+            (true, _) => WIDE_SIDE_SIGMAS * sigma_f[c],
+            // Nodes along the other axis alone. The square has the standard deviation of the Gaussians.
+            (false, 0) => sigma_f[c] / UNIFORM_SIGMA,
+            (false, _) => NARROW_SIDE_PER_UM,
+        };
+        // Squares end at a cutoff: its distance from the centre of square 0 is that of a number of squares and a half.
+        if cutoffs[c].is_finite() { cutoffs[c] / ((cutoffs[c] / side - 0.5).ceil().max(0.0) + 0.5) } else { side }
+    });
+    let weak = if is_wide { std::mem::take(&mut gaussians) } else { split_off_weak(table, &mut gaussians) };
+    gaussians.extend(squares(&weak, sides));
+    gaussians.retain(|portion| table.is_resolved(portion.f));
+    gaussians
+}
+
+/// Removes all but the [`STRONGEST`] of the Gaussians, and returns the removed ones.
+fn split_off_weak<'a>(table: &SpectralTable, gaussians: &mut Vec<Portion<'a>>) -> Vec<Portion<'a>> {
+    // A node's strength is the sum of its powers at five phase rates, chosen evenly over the table's range. Splines of
+    // weak powers may be negative.
+    let curves = [0.1, 0.3, 0.5, 0.7, 0.9].map(|fraction| NodeCurve::new(table, fraction * table.kappa_max()));
+    let strength = |node: &Portion| curves.iter().map(|curve| curve.power(&node.record).abs()).sum::<f64>();
+    // Integers as keys, since floats have no total order. Strengths are of order one or less.
+    gaussians.sort_by_cached_key(|node| std::cmp::Reverse((strength(node) * 1e12) as u64));
+    gaussians.split_off(STRONGEST.min(gaussians.len()))
+}
+
+/// Sums of Gaussians over the squares of a lattice with the given sides in cycles/µm.
+fn squares(gaussians: &[Portion], sides: [f64; 2]) -> Vec<Portion<'static>> {
+    // Numbers of the squares along axis c that a Gaussian reaches, each with the fraction in it.
+    let along = |gaussian: &Portion, c: usize| {
+        let (f, sigma, side) = (gaussian.f[c], gaussian.sigma_f[c], sides[c]);
+        let [low, high] = [-REACH, REACH].map(|t| ((f + t * sigma) / side).round() as i64);
+        (low..=high).map(move |i| {
+            let [low, high] = [-0.5, 0.5].map(|half| ((i as f64 + half) * side - f) / sigma);
+            (i, probability(low, high))
+        })
+    };
+    let mut records: BTreeMap<[i64; 2], Vec<f32>> = BTreeMap::new();
+    for gaussian in gaussians {
+        for (ix, in_x) in along(gaussian, 0) {
+            for (iy, in_y) in along(gaussian, 1) {
+                let record = records.entry([ix, iy]).or_default();
+                record.resize(record.len().max(gaussian.record.len()), 0.0);
+                let fraction = (in_x * in_y) as f32;
+                record.iter_mut().zip(&*gaussian.record).for_each(|(sum, value)| *sum += fraction * value);
+            }
+        }
+    }
+    let sigma_f = sides.map(|side| UNIFORM_SIGMA * side);
+    let centre = |square: [i64; 2]| [0, 1].map(|c| square[c] as f64 * sides[c]);
+    records
+        .into_iter()
+        .map(|(square, record)| Portion { f: centre(square), sigma_f, is_square: true, record: record.into() })
+        .collect()
+}
