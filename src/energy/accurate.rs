@@ -53,8 +53,8 @@ pub(super) fn integrate(
     let is_whole = [0, 1].iter().all(|&axis| resolved[axis][0] <= ends[axis][0] && ends[axis][1] <= resolved[axis][1]);
     // Whether Gauss–Hermite rules follow `1/cosθo` and the relief's phase. The pole of the former then lies 1 σ beyond
     // the Gaussian's ends, and the phase changes by phase·σ·ρ/cosθo < 1 rad over σ. Both bounds are chosen.
-    let is_clear = 1.0 - rho > (GAUSSIAN_REACH + 1.0) * widest
-        && phase * widest * rho < (1.0 - rho_squared).max(0.0).sqrt();
+    let is_clear =
+        1.0 - rho > (GAUSSIAN_REACH + 1.0) * widest && phase * widest * rho < (1.0 - rho_squared).max(0.0).sqrt();
     // Whether cos²θo/σ exceeds a bound; cos²θo = 1 − ρ².
     let is_far = |sigmas: f64| 1.0 - rho_squared > sigmas * widest;
     if is_whole && is_clear && is_far(THREE_NODES_SIGMAS) {
@@ -69,9 +69,7 @@ pub(super) fn integrate(
         }
         return;
     }
-    let bounds = [0, 1].map(|axis| {
-        [ends[axis][0].max(resolved[axis][0]), ends[axis][1].min(resolved[axis][1])]
-    });
+    let bounds = [0, 1].map(|axis| [ends[axis][0].max(resolved[axis][0]), ends[axis][1].min(resolved[axis][1])]);
     // Widths in radians of the angles of `hemisphere`, in which a Gaussian is no narrower than in direction cosines.
     let panels = sigma.map(|sigma| (PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / phase));
     // Per area of direction cosines. The table's kernel is a Gaussian, or resembles one.

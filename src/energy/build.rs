@@ -33,25 +33,16 @@ use crate::scattering::Vec3;
 use crate::table::{Progress, Steps};
 use rayon::prelude::*;
 
-/// Number of cells along each side of the finest grid, that of the first row of [`RESOLUTIONS`].
-const FINEST_CELLS: u32 = RESOLUTIONS[0].1.0;
-/// Sizes of tables: the largest number of quadrature nodes of a typical integral ([`AlbedoIntegral::typical_nodes`]),
-/// then the numbers of cells along each side and of planes. A table takes the first row whose largest number is not
-/// exceeded, else [`SMALLEST_SIZE`]. Few quadrature nodes mean few orders, whose ridges need fine grids.
-///
-/// Chosen for albedos of at most 1.01 (`tests/core/energy.rs`). Cells are even and planes odd, so that every other node
-/// forms a coarse grid.
-const RESOLUTIONS: [(usize, (u32, u32)); 3] = [(150, (48, 17)), (400, (32, 11)), (2000, (20, 9))];
-/// Numbers of cells and planes of the smallest table, chosen as those of [`RESOLUTIONS`].
-pub(super) const SMALLEST_SIZE: (u32, u32) = (16, 7);
+/// Numbers of cells along each side and of planes of a table with ridges. Chosen for albedos of at most 1.01
+/// (`tests/core/energy.rs`). Cells are even and planes odd, so that every other node forms a coarse grid. With 32 cells
+/// and 11 planes ridges raise the divisor more widely, and the mean albedo of a blazed grating is lower by 0.02.
+const SIZE_WITH_RIDGES: (u32, u32) = (48, 17);
+/// Numbers of cells and planes of other tables, chosen as those of [`SIZE_WITH_RIDGES`].
+const SIZE_WITHOUT: (u32, u32) = (20, 9);
 /// Spacing of the coarse grid and planes, in nodes or planes of the table.
 const COARSE_STRIDE: usize = 2;
-/// Smallest number of cells along each side of a table of few orders. The divisor is raised about a ridge over a
-/// width proportional to the cells. Chosen: larger cells would darken more directions.
-pub(super) const NARROW_CELLS_MIN: u32 = 24;
 /// Relative margin of a node's divisor for errors of interpolation. A smaller margin leaves larger albedos between
-/// nodes. With 0.015 no measured albedo of a grating exceeds one, but mean albedos are lower by 0.003 to 0.008. Tables
-/// with ridges have this margin times [`FINEST_CELLS`] over their number of cells.
+/// nodes. With 0.015 no measured albedo of a grating exceeds one, but mean albedos are lower by 0.003 to 0.008.
 pub(super) const MARGIN: f64 = 0.007;
 /// Relative increase of the excess per unit of excess, since a large divisor changes much within a cell. It matters for
 /// reliefs a few µm deep.
@@ -104,10 +95,7 @@ pub(super) struct Builder<'a> {
 
 /// Number of cells along each side of a surface's table, and number of its planes of wavelength.
 pub(super) fn resolution(integral: &AlbedoIntegral) -> (u32, u32) {
-    let quadrature_nodes = integral.typical_nodes();
-    let found = RESOLUTIONS.into_iter().find(|(nodes_max, _)| quadrature_nodes <= *nodes_max);
-    let (cells, planes) = found.map_or(SMALLEST_SIZE, |(_, size)| size);
-    (if integral.has_ridges() { Ord::max(cells, NARROW_CELLS_MIN) } else { cells }, planes)
+    if integral.has_ridges() { SIZE_WITH_RIDGES } else { SIZE_WITHOUT }
 }
 
 impl<'a> Builder<'a> {
@@ -152,12 +140,6 @@ impl<'a> Builder<'a> {
         Some(nodes)
     }
 
-    /// Whether the divisor has ridges. [`AlbedoIntegral::has_ridges`] leaves out tables of many orders, whose ridges
-    /// are low.
-    fn any_ridges(&self) -> bool {
-        !self.ridge_cosines.is_empty()
-    }
-
     /// Number of nodes of a plane that are integrated: all, or those up to the middle row, which the others mirror.
     fn integrated_nodes(&self, grid: Grid) -> usize {
         if self.is_mirrored { (grid.cells as usize / 2 + 1) * grid.side() } else { grid.in_plane() }
@@ -195,9 +177,7 @@ impl<'a> Builder<'a> {
                 let ridge = Ridge { cosine, half_sides, half_range_um: BOX_PLANES * 1e-3 * spacing_nm };
                 t.max(self.divisor(wi, plane, b, Some(ridge)))
             });
-            let margin =
-                if self.any_ridges() { MARGIN * f64::from(FINEST_CELLS) / f64::from(grid.cells) } else { MARGIN };
-            self.tabulated(t, margin, wi, radius, grid) as f32
+            self.tabulated(t, MARGIN, wi, radius, grid) as f32
         };
         let found: Vec<f32> = (0..planes * integrated).into_par_iter().map(integrate).collect();
         // With mirror symmetry only the rows up to the middle are integrated; the others copy them.
@@ -248,7 +228,7 @@ impl<'a> Builder<'a> {
         }
         let cells_from_rim = 0.5 * f64::from(grid.cells) * (1.0 - radius.min(1.0));
         let rim = RIM_INCREASE * (-2.0 * cells_from_rim).exp();
-        let grazing = if self.any_ridges() { GRAZING_INCREASE * (1.0 - wi[2]).powi(16) } else { 0.0 };
+        let grazing = if self.integral.has_ridges() { GRAZING_INCREASE * (1.0 - wi[2]).powi(16) } else { 0.0 };
         let increased = (1.0 + rim + grazing + EXCESS_INCREASE * excess) * excess;
         (increased + margin * t * (excess / MARGIN_FROM).min(1.0)) * wi[2] * wi[2]
     }

@@ -23,24 +23,25 @@ use super::accurate;
 use super::portion::{Cell, Portion, REACH, cells, node_gaussians, portions};
 use super::ridge::{Ridge, length, peak_cosine};
 use crate::numeric::{Number, Real, Values};
-use crate::scattering::{
-    COSINE_MIN, ComplexIndex, Obliquity, Options, SpectralIndex, TYPICAL_WAVELENGTH_UM, Vec3,
-};
+use crate::scattering::{COSINE_MIN, ComplexIndex, Obliquity, Options, SpectralIndex, TYPICAL_WAVELENGTH_UM, Vec3};
 use crate::table::{LatticeAxis, NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MIN_NM};
 use std::f64::consts::TAU;
 
-/// Cells of a Gaussian per unit of `σ/cos²θo` along the radius, where 1/cosθo curves.
+/// Cells of a Gaussian at the horizon, per `σ/cos²θo` along the radius: 1/cosθo changes by half of itself over
+/// `cos²θo`. Chosen: 16 lower the error on gratings from 0.6 to 0.4 %, but take twice as long.
 const CELLS_AT_HORIZON: f64 = 8.0;
-/// Cells of a Gaussian per σ in direction cosines.
-const CELLS_PER_SIGMA: f64 = 20.0;
-/// Cells of a Gaussian per radian of the relief's phase over σ.
+/// Cells of a Gaussian per radian of the relief's phase over σ. Chosen: without them the error on a relief 3 µm deep is
+/// 2.8 % instead of 1.5 %.
 const CELLS_PER_PHASE: f64 = 1.0;
-/// Largest number of cells of a Gaussian along an axis.
+/// Largest number of cells of a Gaussian along an axis. Chosen above the number that the horizon needs.
 const CELLS_MAX: usize = 16;
-/// Steps of cosθo in a cell per radian of the relief's phase.
+/// Steps of cosθo in a cell per radian of the relief's phase. Chosen: more take longer.
 const STEPS_PER_PHASE: f64 = 0.25;
-/// Steps of cosθo in a cell per relative change of `cosθi + cosθo`.
+/// Steps of cosθo in a cell per relative change of `cosθi + cosθo`. Chosen: with 6 an albedo of 1.0017 remains on a flat
+/// relief at 74°.
 const STEPS_PER_COSINE: f64 = 16.0;
+/// Largest number of steps in a cell. Chosen: more take longer.
+const STEPS_MAX: f64 = 64.0;
 
 /// Largest cosθo at which orders on a ridge are counted. Smaller values leave larger albedos (0.3 leaves 1.05 on a
 /// steep sinusoid); larger ones take longer.
@@ -70,7 +71,13 @@ impl<'a> AlbedoIntegral<'a> {
     /// The accurate integral, the reference for albedos. `None` for a table of amplitudes, whose powers do not add.
     pub(crate) fn accurate(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
         let is_power = table.quantity() == NodeQuantity::Power;
-        is_power.then(|| Self { portions: node_gaussians(table), divisions: Vec::new(), table, options, depth_wavelength_nm: None })
+        is_power.then(|| Self {
+            portions: node_gaussians(table),
+            divisions: Vec::new(),
+            table,
+            options,
+            depth_wavelength_nm: None,
+        })
     }
 
     /// The fast integral, from which tables of the albedo are built, with an error of about 1 %. `None` as in
@@ -124,7 +131,15 @@ impl<'a> AlbedoIntegral<'a> {
         for portion in &self.portions {
             let visit = |wo, fraction| nodes.push(QuadratureNode { wo, fraction, record: &portion.record });
             if self.divisions.is_empty() {
-                accurate::integrate(self.table, portion, wi, wavelength_um, self.resolved(wi, wavelength_um), phase, visit);
+                accurate::integrate(
+                    self.table,
+                    portion,
+                    wi,
+                    wavelength_um,
+                    self.resolved(wi, wavelength_um),
+                    phase,
+                    visit,
+                );
             } else {
                 self.integrate(portion, wi, wavelength_um, phase, ridge, visit);
             }
@@ -142,8 +157,8 @@ impl<'a> AlbedoIntegral<'a> {
         })
     }
 
-    /// Calls `visit` with the directions of a portion's quadrature nodes and their fractions of the portion. The
-    /// wavelength is in µm; `phase` is [`phase_per_cosine`].
+    /// Calls `visit` with the directions of a portion's quadrature nodes in the fast integral, and their fractions of the
+    /// portion. The wavelength is in µm; `phase` is [`phase_per_cosine`].
     fn integrate(
         &self,
         portion: &Portion,
@@ -165,40 +180,19 @@ impl<'a> AlbedoIntegral<'a> {
             return;
         }
         let rho = rho_squared.sqrt().max(f64::MIN_POSITIVE);
-        // σ along the radius bounds cos²θo from below.
-        let cos_squared = (1.0 - rho_squared).max(length([0, 1].map(|c| centre[c] / rho * sigma[c])));
-        let [x, y] = [0, 1].map(|c| {
-            let along = (centre[c] / rho).abs();
-            let per_sigma = CELLS_PER_SIGMA
-                + along * (CELLS_AT_HORIZON / cos_squared + CELLS_PER_PHASE * phase * rho / cos_squared.sqrt());
-            let count = if portion.is_square { 1 } else { (sigma[c] * per_sigma).round().clamp(1.0, CELLS_MAX as f64) as usize };
+        let radial = centre.map(|c| (c / rho).abs());
+        // At the horizon a Gaussian has the mean cos²θo of its part above it, about σ.
+        let cos_squared = (1.0 - rho_squared).max(length([radial[0] * sigma[0], radial[1] * sigma[1]]));
+        let per_sigma = CELLS_AT_HORIZON / cos_squared + CELLS_PER_PHASE * phase * rho / cos_squared.sqrt();
+        let [x, y] = [0, 1].map(|axis| {
+            let count = (per_sigma * radial[axis] * sigma[axis]).round().clamp(1.0, CELLS_MAX as f64);
+            let count = if portion.is_square { 1 } else { count as usize };
             &self.divisions[count - 1]
         });
-        for x in x {
-            for y in y {
-                let at = [centre[0] + x.middle * sigma[0], centre[1] + y.middle * sigma[1]];
-                let rho = length(at).max(f64::MIN_POSITIVE);
-                let half = length([at[0] * x.half * sigma[0], at[1] * y.half * sigma[1]]) / rho;
-                // Range of ρ above the horizon, counted from the horizon down, like cosines.
-                let (near, far) = ((rho + half).min(1.0), rho - half);
-                if far >= 1.0 {
-                    continue;
-                }
-                let root = |s: f64| (1.0 - s * s).max(0.0).sqrt();
-                let (cos_near, cos_far) = (root(near), root(far));
-                let change = phase * STEPS_PER_PHASE + STEPS_PER_COSINE / (wi[2] + 0.5 * (cos_near + cos_far));
-                let steps = (change * (cos_far - cos_near).abs()).round().clamp(1.0, 64.0);
-                let cos_at = |step: f64| cos_near + (cos_far - cos_near) * step / steps;
-                let mut before = near;
-                for step in 1..=steps as usize {
-                    let cos = cos_at(step as f64 - 0.5);
-                    let end = if step == steps as usize { far } else { root(cos_at(step as f64)) };
-                    let sin = root(cos) / rho;
-                    let fraction = if half > 0.0 { (before - end) / (2.0 * half) } else { 1.0 };
-                    visit([at[0] * sin, at[1] * sin, cos], x.fraction * y.fraction * fraction);
-                    before = end;
-                }
-            }
+        for (x, y) in x.iter().flat_map(|x| y.iter().map(move |y| (x, y))) {
+            let middle = [centre[0] + x.middle * sigma[0], centre[1] + y.middle * sigma[1]];
+            let half = [x.half * sigma[0], y.half * sigma[1]];
+            visit_steps(middle, half, wi[2], phase, |wo, fraction| visit(wo, x.fraction * y.fraction * fraction));
         }
     }
 
@@ -218,8 +212,8 @@ impl<'a> AlbedoIntegral<'a> {
         phase_per_cosine(self.table, 1e-3 * self.depth_wavelength_nm.unwrap_or(WAVELENGTH_MIN_NM))
     }
 
-    /// Whether all portions are Gaussians. They are few and narrow, and the albedo has a high ridge where one of them
-    /// leaves along the surface.
+    /// Whether all portions are Gaussians. They are narrow, and the albedo has a high ridge where one of them leaves
+    /// along the surface.
     pub(crate) fn has_ridges(&self) -> bool {
         self.portions.iter().all(|portion| !portion.is_square)
     }
@@ -250,14 +244,36 @@ impl<'a> AlbedoIntegral<'a> {
         let steps = ((RIDGE_COSINE_MAX / first).ln() / RIDGE_RATIO.ln()).ceil();
         (0..=steps as i32).map(|k| first * (RIDGE_COSINE_MAX / first).powf(f64::from(k) / steps.max(1.0))).collect()
     }
+}
 
-    /// Largest number of quadrature nodes among three typical incidences; at least 1. It decides on the resolution of
-    /// the albedo's table (`build.rs`).
-    pub(crate) fn typical_nodes(&self) -> usize {
-        // Directions wi, each with a wavelength in µm. Chosen.
-        let incidences = [([0.0, 0.0, 1.0], 0.4), ([0.6, 0.0, 0.8], 0.5), ([0.0, 0.8, 0.6], 0.6)];
-        let counts = incidences.map(|(wi, wavelength_um)| self.quadrature_nodes(wi, wavelength_um, None).len());
-        counts.into_iter().fold(1, usize::max)
+/// Calls `visit` with the quadrature nodes of a cell: one direction for each step of cosθo, and the step's fraction of
+/// the cell. Nothing is visited below the horizon.
+///
+/// `middle` and `half` are the cell's centre and half-sides in direction cosines. The cell counts as uniform along the
+/// radius, with its own variance there. `cos_i` is cosθi; `phase` is [`phase_per_cosine`].
+fn visit_steps(middle: [f64; 2], half: [f64; 2], cos_i: f64, phase: f64, mut visit: impl FnMut(Vec3, f64)) {
+    let rho = length(middle).max(f64::MIN_POSITIVE);
+    let radial = middle.map(|c| c / rho);
+    // Positive, so that the fractions below are finite at the normal, too.
+    let half = length([radial[0] * half[0], radial[1] * half[1]]).max(f64::MIN_POSITIVE);
+    // Steps go from the cell's end towards the horizon, where cosθo is smallest, to the other end.
+    let [outer, inner] = [(rho + half).min(1.0), rho - half];
+    if inner >= 1.0 {
+        return;
+    }
+    // The cosine at a radius, and the radius at a cosine.
+    let other = |value: f64| (1.0 - value * value).max(0.0).sqrt();
+    let [first, last] = [other(outer), other(inner)];
+    let per_cosine = STEPS_PER_PHASE * phase + STEPS_PER_COSINE / (cos_i + 0.5 * (first + last));
+    let steps = ((last - first).abs() * per_cosine).round().clamp(1.0, STEPS_MAX);
+    let cosine = |step: f64| first + (last - first) * step / steps;
+    let mut from = outer;
+    for step in 1..=steps as usize {
+        let to = if step == steps as usize { inner } else { other(cosine(step as f64)) };
+        let cos = cosine(step as f64 - 0.5);
+        let sin = other(cos);
+        visit([radial[0] * sin, radial[1] * sin, cos], 0.5 * (from - to) / half);
+        from = to;
     }
 }
 
@@ -313,7 +329,8 @@ impl<'a, V: Values> Integrand<'a, V> {
         let cosines = [self.wi[2], wo[2].max(V::Real::lit(COSINE_MIN))];
         let q = [self.wi[0] + wo[0], self.wi[1] + wo[1], cosines[0] + cosines[1]];
         let factor = self.integral.options.albedo_factor(q, cosines, self.index);
-        let power = PowerCurves::<V>::new(self.integral.table, q[2] * self.kappa_per_w).power(|lane| nodes[lane].record);
+        let power =
+            PowerCurves::<V>::new(self.integral.table, q[2] * self.kappa_per_w).power(|lane| nodes[lane].record);
         (wo, V::pack(|lane| nodes[lane].fraction) * factor * power)
     }
 }
@@ -328,7 +345,7 @@ pub(super) fn phase_per_cosine(table: &SpectralTable, wavelength_um: f64) -> f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::height_field::{HeightField, random::Random};
+    use crate::height_field::{HeightField, Preset, random::Random};
     use crate::numeric::{Lanes, Plain};
     use crate::scattering::build_table;
     use crate::table::{Progress, Tiling, WAVELENGTH_MAX_NM};
@@ -393,5 +410,45 @@ mod tests {
                 assert!((other / one - 1.0).abs() < ROUNDING, "{wi:?} {nm}: {one}, {other}");
             }
         });
+    }
+
+    /// Errors of the fast integral, relative to the albedo or to 1 if that is larger, over random incidences.
+    #[test]
+    fn fast_matches_accurate() {
+        const QUERIES: usize = 100;
+        let preset = |preset: Preset| preset.build(None, None).unwrap();
+        let smooth = |nx, ny, height_um: f64| {
+            HeightField::new(height_um * Random::new(5).smooth_field(nx, ny, 3), 0.1, 0.1).unwrap()
+        };
+        let coherence = |coherence_length_um| Options { coherence_length_um, ..Options::default() };
+        let aperiodic = Options { tiling: Tiling::Aperiodic, ..Options::default() };
+        // Largest root mean square and largest absolute mean of the error, each above the measured one.
+        let cases = [
+            ("blazed", preset(Preset::Blazed), Options::default(), 0.008, 0.002),
+            ("blazed, 5 µm", preset(Preset::Blazed), coherence(5.0), 0.008, 0.002),
+            ("blazed, 1 µm", preset(Preset::Blazed), coherence(1.0), 0.02, 0.008),
+            ("lamellar", preset(Preset::Lamellar), Options::default(), 0.008, 0.002),
+            ("aperiodic", smooth(24, 20, 0.3), aperiodic, 0.005, 0.002),
+            ("deep", smooth(24, 20, 3.0), Options::default(), 0.02, 0.005),
+            ("many nodes", smooth(64, 48, 0.3), Options::default(), 0.01, 0.002),
+        ];
+        for (name, field, options, rms_max, mean_max) in &cases {
+            let table = build_table(field, options, &Progress::none()).unwrap().table;
+            let [fast, accurate] =
+                [AlbedoIntegral::fast, AlbedoIntegral::accurate].map(|new| new(&table, options).unwrap());
+            let mut random = Random::new(6);
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for _ in 0..QUERIES {
+                let (theta, phi): (f64, f64) = (random.between(0.0, 1.55), random.between(0.0, TAU));
+                let wi = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
+                let nm = random.between(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
+                let [found, truth] = [&fast, &accurate].map(|integral| albedo::<Lanes>(integral, wi, nm));
+                let error = (found - truth) / truth.max(1.0);
+                (sum, squares) = (sum + error, squares + error * error);
+            }
+            let (mean, rms) = (sum / QUERIES as f64, (squares / QUERIES as f64).sqrt());
+            println!("{name}: mean {mean:.4}, root mean square {rms:.4}");
+            assert!(rms < *rms_max && mean.abs() < *mean_max, "{name}: mean {mean}, root mean square {rms}");
+        }
     }
 }

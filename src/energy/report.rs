@@ -30,7 +30,12 @@ pub struct AlbedoReport {
 }
 
 /// Albedos of a direction at a wavelength in nm, before and after division by a table at the relief's own size.
-pub(crate) fn integrated_albedos(integral: &AlbedoIntegral, table: Option<&AlbedoTable>, wi: Vec3, nm: f64) -> [f64; 2] {
+pub(crate) fn integrated_albedos(
+    integral: &AlbedoIntegral,
+    table: Option<&AlbedoTable>,
+    wi: Vec3,
+    nm: f64,
+) -> [f64; 2] {
     let view = table.map(|table| AlbedoView::<Lanes> { layout: table.layout, words: &table.words });
     let divided = view.as_ref().map(|view| (view, view.place(wi.map(Real4::lit))));
     let reading = Reading::at(Real4::lit(nm));

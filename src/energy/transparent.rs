@@ -17,7 +17,7 @@
 //! The table holds `(A − 1)·cos²θ`, as every [`AlbedoTable`], at the nodes of a grid of directions (`grid.rs`), on
 //! planes over λ' and, for several sizes, on slabs over λ" (`sizes.rs`).
 
-use super::build::{DEEP_PHASE, MARGIN, MARGIN_FROM, NARROW_CELLS_MIN, SMALLEST_SIZE};
+use super::build::{DEEP_PHASE, MARGIN, MARGIN_FROM};
 use super::grid::Grid;
 use super::integral::phase_per_cosine;
 use super::portion::{Portion, cells, portions};
@@ -29,12 +29,14 @@ use crate::table::{NodeQuantity, PowerCurves, Progress, SpectralTable, WAVELENGT
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Largest number of Gaussians that count as few. The albedo of few orders changes fastest, and is integrated over the
-/// width of each, merged or not. Chosen: a larger number takes longer.
+/// Largest number of portions that count as few. The albedo of few orders changes fastest. Chosen: a larger number takes
+/// longer.
 const FEW: usize = 100;
-/// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few Gaussians; many have
-/// [`SMALLEST_SIZE`]. Chosen: more planes leave smaller errors between nodes, and take longer and more memory.
-const CELLS_AND_PLANES_OF_FEW: (u32, u32) = (NARROW_CELLS_MIN, 11);
+/// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few portions. Chosen: more
+/// leave smaller errors between nodes, and take longer and more memory.
+const SIZE_OF_FEW: (u32, u32) = (24, 11);
+/// Cells and planes for more portions, chosen as those of [`SIZE_OF_FEW`].
+const SIZE_OF_MANY: (u32, u32) = (16, 7);
 /// Standard deviation of a Gaussian in direction cosines from which it has [`CELLS`] along an axis. In units of the wave
 /// number in the medium. Chosen.
 const SHARP_SIGMA: f64 = 0.01;
@@ -73,7 +75,7 @@ impl AlbedoTable {
         }
         let integral = BodyIntegral::new(table, body);
         let parts = integral.parts();
-        let (cells, planes) = if integral.has_few_portions() { CELLS_AND_PLANES_OF_FEW } else { SMALLEST_SIZE };
+        let (cells, planes) = if integral.portions.len() <= FEW { SIZE_OF_FEW } else { SIZE_OF_MANY };
         // Phase of the relief in rad per unit of w, at the shortest wavelength.
         let phase_max = phase_per_cosine(table, 1e-3 * WAVELENGTH_MIN_NM);
         let (planes, sizes) = match sizes {
@@ -144,11 +146,6 @@ impl<'a> BodyIntegral<'a> {
     /// The integral of a body, from the table of its relief magnified by the index.
     fn new(table: &'a SpectralTable, body: TransparentBody) -> Self {
         Self { table, body: TransparentBody { is_film: false, ..body }, portions: portions(table) }
-    }
-
-    /// Whether the Gaussians are at most [`FEW`].
-    fn has_few_portions(&self) -> bool {
-        self.portions.len() <= FEW
     }
 
     /// Quadrature nodes of the integral: one of each portion along an axis on which it is narrow or a square, and
