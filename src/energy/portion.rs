@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// Largest number of narrow Gaussians that stay separate. Chosen: a larger number is more accurate but takes longer.
-pub(super) const SEPARATE_MAX: usize = 640;
+const SEPARATE_MAX: usize = 640;
 /// Number of the strongest narrow Gaussians that stay separate where others are summed. Chosen: a larger number is more
 /// accurate but takes longer.
 const STRONGEST: usize = 200;
@@ -17,7 +17,7 @@ const STRONGEST: usize = 200;
 /// keep more of the nodes' frequencies.
 const NARROW_SIDE_PER_UM: f64 = 0.14;
 /// Standard deviation in direction cosines, at a typical wavelength, from which a Gaussian is wide. All wide Gaussians
-/// are summed in squares. Chosen: a Gaussian just below takes as long as the squares that it covers.
+/// are summed in squares. Chosen: wider Gaussians overlap their neighbours, and a square serves several of them.
 const WIDE_SIGMA: f64 = 0.04;
 /// Side of the squares for wide Gaussians, in their standard deviations. A square of this side adds 5 % to the
 /// variance.
