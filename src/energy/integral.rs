@@ -8,8 +8,9 @@
 //! incidence wi it is spread over outgoing direction cosines around `λf − wi`, at the distance ρ from the origin. The
 //! horizon is the unit circle, ρ = 1, where F has the pole `1/cosθo`.
 //!
-//! The fast integral divides a portion into cells, uniform along x and y, and a cell into steps of cosθo. Each step has
-//! one quadrature node, at its middle cosine, where `∫ dρ/cosθo` over the step is met to second order in its width.
+//! The fast integral divides a Gaussian into cells, rectangles of uniform density, and a cell into steps of cosθo. Each
+//! step has one quadrature node, at its middle cosine. This integrates `1/cosθo` over a step exactly up to the second
+//! order of its width, also at the horizon.
 //!
 //! A *ridge* is a narrow maximum of the albedo along the incidences from which an order leaves along the surface.
 //! Tables of the albedo treat such an order as if it left slightly above the surface, at one of a few cosines
@@ -79,8 +80,8 @@ impl<'a> AlbedoIntegral<'a> {
         })
     }
 
-    /// The fast integral, from which tables of the albedo are built, with errors that a test bounds (`fast_matches_accurate`). `None` as in
-    /// [`AlbedoIntegral::accurate`].
+    /// The fast integral, from which tables of the albedo are built. The test `fast_matches_accurate` bounds its error.
+    /// `None` as in [`AlbedoIntegral::accurate`].
     pub(crate) fn fast(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
         let accurate = Self::accurate(table, options)?;
         Some(Self { portions: portions(table), divisions: (1..=CELLS_MAX).map(cells).collect(), ..accurate })

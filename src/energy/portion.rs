@@ -1,4 +1,4 @@
-//! Portions of a power spectrum: the Gaussians of a table's nodes, or squares of frequencies that sum many of them.
+//! Portions of a power spectrum: the Gaussians of a table's nodes, and squares of frequencies that sum many of them.
 //!
 //! A spectral table of powers has a Gaussian over frequency for each of its nodes. A node's *record* in the table gives
 //! its power by phase rate. Records are linear in the power, so the sum of several records is the record of their sum.
@@ -52,8 +52,8 @@ pub(super) struct Cell {
     pub fraction: f64,
 }
 
-/// Division of a standard normal variate into `count` cells of equal width and uniform density. They are scaled so that
-/// their variance is 1.
+/// Division of a standard normal variate into `count` cells of equal width, at least one, each of uniform density. They
+/// are scaled so that the variance of all together is 1.
 pub(super) fn cells(count: usize) -> Vec<Cell> {
     let half = REACH / count as f64;
     let middle = |i: usize| (2 * i + 1) as f64 * half - REACH;
