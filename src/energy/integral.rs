@@ -218,6 +218,12 @@ impl<'a> AlbedoIntegral<'a> {
         self.portions.iter().all(|portion| !portion.is_square)
     }
 
+    /// Whether the nodes sample a continuous spectrum along an axis, up to a cutoff, instead of being orders.
+    pub(crate) fn is_continuous(&self) -> bool {
+        let lattice = self.table.lattice();
+        lattice.x.cutoff.is_finite() || lattice.y.cutoff.is_finite()
+    }
+
     /// Whether F contains the small-slope factor of a dielectric, so that it vanishes at the horizon instead of having
     /// a pole.
     pub(crate) fn is_dielectric(&self) -> bool {

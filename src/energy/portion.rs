@@ -11,8 +11,11 @@ use std::collections::BTreeMap;
 /// Largest number of narrow Gaussians that stay separate. Chosen: a larger number is more accurate but takes longer.
 const SEPARATE_MAX: usize = 640;
 /// Number of the strongest narrow Gaussians that stay separate where others are summed. Chosen: a larger number is more
-/// accurate but takes longer.
+/// accurate but takes longer. On a preset of *Xenopeltis* 16 have an error of 4 % (root mean square).
 const STRONGEST: usize = 200;
+/// Number of the strongest Gaussians in a table with a cutoff, next to whose squares they are hardly narrower. Chosen:
+/// 200 double the time for the albedo table of a scan.
+const STRONGEST_OF_CUT: usize = 16;
 /// Side in cycles/µm of the squares for narrow Gaussians. Chosen: larger squares leave fewer portions; smaller ones
 /// keep more of the nodes' frequencies.
 const NARROW_SIDE_PER_UM: f64 = 0.14;
@@ -92,7 +95,7 @@ pub(super) fn node_gaussians(table: &SpectralTable) -> Vec<Portion<'_>> {
 }
 
 /// The Gaussians of a table if they are narrow, at most [`SEPARATE_MAX`], and have no cutoff. Otherwise squares, next
-/// to the [`STRONGEST`] Gaussians if these are narrow. All lie within the frequencies that the pixels resolve.
+/// to the strongest Gaussians if these are narrow. All lie within the frequencies that the pixels resolve.
 pub(super) fn portions(table: &SpectralTable) -> Vec<Portion<'_>> {
     let mut gaussians = node_gaussians(table);
     let axes = [&table.lattice().x, &table.lattice().y];
@@ -113,21 +116,26 @@ pub(super) fn portions(table: &SpectralTable) -> Vec<Portion<'_>> {
         // Squares end at a cutoff: its distance from the centre of square 0 is that of a number of squares and a half.
         if cutoffs[c].is_finite() { cutoffs[c] / ((cutoffs[c] / side - 0.5).ceil().max(0.0) + 0.5) } else { side }
     });
-    let weak = if is_wide { std::mem::take(&mut gaussians) } else { split_off_weak(table, &mut gaussians) };
+    let separate = match (is_wide, cutoffs == [f64::INFINITY; 2]) {
+        (true, _) => 0,
+        (false, true) => STRONGEST,
+        (false, false) => STRONGEST_OF_CUT,
+    };
+    let weak = split_off_weak(table, &mut gaussians, separate);
     gaussians.extend(squares(&weak, sides));
     gaussians.retain(|portion| table.is_resolved(portion.f));
     gaussians
 }
 
-/// Removes all but the [`STRONGEST`] of the Gaussians, and returns the removed ones.
-fn split_off_weak<'a>(table: &SpectralTable, gaussians: &mut Vec<Portion<'a>>) -> Vec<Portion<'a>> {
+/// Removes all but the `separate` strongest Gaussians, and returns the removed ones.
+fn split_off_weak<'a>(table: &SpectralTable, gaussians: &mut Vec<Portion<'a>>, separate: usize) -> Vec<Portion<'a>> {
     // A node's strength is the sum of its powers at five phase rates, chosen evenly over the table's range. Splines of
     // weak powers may be negative.
     let curves = [0.1, 0.3, 0.5, 0.7, 0.9].map(|fraction| NodeCurve::new(table, fraction * table.kappa_max()));
     let strength = |node: &Portion| curves.iter().map(|curve| curve.power(&node.record).abs()).sum::<f64>();
     // Integers as keys, since floats have no total order. Strengths are of order one or less.
     gaussians.sort_by_cached_key(|node| std::cmp::Reverse((strength(node) * 1e12) as u64));
-    gaussians.split_off(STRONGEST.min(gaussians.len()))
+    gaussians.split_off(separate.min(gaussians.len()))
 }
 
 /// Sums of Gaussians over the squares of a lattice with the given sides in cycles/µm.
