@@ -31,6 +31,9 @@ use std::f64::consts::TAU;
 /// Cells of a Gaussian at the horizon, per `σ/cos²θo` along the radius: 1/cosθo changes by half of itself over
 /// `cos²θo`. Chosen: 16 lower the error on gratings from 0.6 to 0.4 %, but take twice as long.
 const CELLS_AT_HORIZON: f64 = 8.0;
+/// Cells of a Gaussian per σ in direction cosines, anywhere. Chosen: with one cell an albedo of 1.0016 remains on a flat
+/// relief with a coherence length of 10 µm.
+const CELLS_PER_SIGMA: f64 = 70.0;
 /// Cells of a Gaussian per radian of the relief's phase over σ. Chosen: more take longer.
 const CELLS_PER_PHASE: f64 = 1.0;
 /// Largest number of cells of a Gaussian along an axis. Chosen above the number that the horizon needs.
@@ -185,7 +188,8 @@ impl<'a> AlbedoIntegral<'a> {
         let cos_squared = (1.0 - rho_squared).max(length([radial[0] * sigma[0], radial[1] * sigma[1]]));
         let per_sigma = CELLS_AT_HORIZON / cos_squared + CELLS_PER_PHASE * phase * rho / cos_squared.sqrt();
         let [x, y] = [0, 1].map(|axis| {
-            let count = (per_sigma * radial[axis] * sigma[axis]).round().clamp(1.0, CELLS_MAX as f64);
+            let count =
+                ((CELLS_PER_SIGMA + per_sigma * radial[axis]) * sigma[axis]).round().clamp(1.0, CELLS_MAX as f64);
             let count = if portion.is_square { 1 } else { count as usize };
             &self.divisions[count - 1]
         });
