@@ -3,7 +3,7 @@
 //! A Gaussian far from the horizon, and narrow enough for the relief's phase, takes a Gauss–Hermite rule. Otherwise
 //! panels of Gauss–Legendre rules cover its part within the hemisphere (`quadrature.rs`).
 
-use super::portion::Portion;
+use super::portion::{Incidence, Portion};
 use super::quadrature::hemisphere;
 use crate::numeric::math::GAUSSIAN_REACH;
 use crate::scattering::{Vec3, direction_above};
@@ -28,19 +28,20 @@ const PANEL_PHASE_MAX: f64 = 30.0;
 /// narrower ones take longer.
 const PANEL_SIGMAS: f64 = 18.0;
 
-/// Calls `visit` with each quadrature node of the Gaussian above the horizon: its direction and its fraction of the
-/// Gaussian. The wavelength is in µm. `resolved` are the outgoing direction cosines between which the pixels resolve
-/// the relief, `[[x low, x high], [y low, y high]]`. `phase` is the change of the relief's phase, in radians from its
-/// lowest point to its highest, per unit of cosθo.
+/// Calls `visit` with each quadrature node of the Gaussian above the horizon, up to the frequencies that the pixels
+/// resolve: its direction and its fraction of the Gaussian.
 pub(super) fn integrate(
     table: &SpectralTable,
     gaussian: &Portion,
-    wi: Vec3,
-    wavelength_um: f64,
-    resolved: [[f64; 2]; 2],
-    phase: f64,
+    &Incidence { wi, wavelength_um, phase }: &Incidence,
     mut visit: impl FnMut(Vec3, f64),
 ) {
+    let axes = [&table.lattice().x, &table.lattice().y];
+    // Outgoing direction cosines up to the cutoff, |wi + wo|/λ ≤ cutoff/period along each axis.
+    let resolved = [0, 1].map(|c| {
+        let reach = wavelength_um * axes[c].cutoff / axes[c].period_um;
+        [-reach - wi[c], reach - wi[c]]
+    });
     let sigma = gaussian.sigma_f.map(|sigma| wavelength_um * sigma);
     let widest = sigma[0].max(sigma[1]);
     let centre = [0, 1].map(|axis| wavelength_um * gaussian.f[axis] - wi[axis]);
@@ -75,8 +76,7 @@ pub(super) fn integrate(
     // Per area of direction cosines. The table's kernel is a Gaussian, or resembles one.
     let norm = table.norm() / (wavelength_um * wavelength_um);
     hemisphere(bounds, panels, wi[2], |wo, area| {
-        let [x, y] = [(0, &table.lattice().x), (1, &table.lattice().y)]
-            .map(|(c, axis)| axis.kernel.weight((wo[c] - centre[c]) / wavelength_um * axis.period_um));
+        let [x, y] = [0, 1].map(|c| axes[c].kernel.weight((wo[c] - centre[c]) / wavelength_um * axes[c].period_um));
         visit(wo, area * norm * x * y);
     });
 }

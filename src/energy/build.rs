@@ -235,7 +235,7 @@ impl<'a> Builder<'a> {
         }
         let cells_from_rim = 0.5 * f64::from(grid.cells) * (1.0 - radius.min(1.0));
         let rim = RIM_INCREASE * (-2.0 * cells_from_rim).exp();
-        let grazing = if self.integral.has_ridges() { GRAZING_INCREASE * (1.0 - wi[2]).powi(16) } else { 0.0 };
+        let grazing = if !self.ridge_cosines.is_empty() { GRAZING_INCREASE * (1.0 - wi[2]).powi(16) } else { 0.0 };
         let increased = (1.0 + rim + grazing + EXCESS_INCREASE * excess) * excess;
         (increased + margin * t * (excess / MARGIN_FROM).min(1.0)) * wi[2] * wi[2]
     }

@@ -4,13 +4,9 @@
 //! the two directions: `O·M`, or `Q·M` in small-slope theory. O is the obliquity factor, Q the small-slope factor and M
 //! the V-cavity factor of shadowing (docs/model.md#the-reflectance).
 //!
-//! A portion of the power (`portion.rs`) has the power `P(κ)` at the phase rate κ, spread around a frequency f. At the
-//! incidence wi it is spread over outgoing direction cosines around `λf − wi`, at the distance ρ from the origin. The
-//! horizon is the unit circle, ρ = 1, where F has the pole `1/cosθo`.
-//!
-//! The fast integral divides a Gaussian into cells, rectangles of uniform density, and a cell into steps of cosθo. Each
-//! step has one quadrature node, at its middle cosine. This integrates `1/cosθo` over a step exactly up to the second
-//! order of its width, also at the horizon.
+//! A portion of the power (`portion.rs`) has the power `P(κ)` at the phase rate κ, spread around a frequency. The fast
+//! integral divides portions into cells (`cells.rs`). The accurate one takes the Gaussian of each node of the table
+//! (`accurate.rs`).
 //!
 //! A *ridge* is a narrow maximum of the albedo along the incidences from which an order leaves along the surface.
 //! Tables of the albedo treat such an order as if it left slightly above the surface, at one of a few cosines
@@ -21,30 +17,13 @@
 //! are λ'. Without resizing λ, λ' and λ" are equal. w is `cosθi + cosθo`.
 
 use super::accurate;
-use super::portion::{Cell, Portion, REACH, cells, node_gaussians, portions};
-use super::ridge::{Ridge, length, peak_cosine};
+use super::cells::Divisions;
+use super::portion::{Incidence, Portion, is_continuous, node_gaussians, portions};
+use super::ridge::{Ridge, peak_cosine};
 use crate::numeric::{Number, Real, Values};
 use crate::scattering::{COSINE_MIN, ComplexIndex, Obliquity, Options, SpectralIndex, TYPICAL_WAVELENGTH_UM, Vec3};
 use crate::table::{LatticeAxis, NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MIN_NM};
 use std::f64::consts::TAU;
-
-/// Cells of a Gaussian at the horizon, per `σ/cos²θo` along the radius: 1/cosθo changes by half of itself over
-/// `cos²θo`. Chosen: 16 lower the error on gratings from 0.6 to 0.4 %, but take twice as long.
-const CELLS_AT_HORIZON: f64 = 8.0;
-/// Cells of a Gaussian per σ in direction cosines, anywhere. Chosen: with one cell an albedo of 1.0016 remains on a flat
-/// relief with a coherence length of 10 µm.
-const CELLS_PER_SIGMA: f64 = 70.0;
-/// Cells of a Gaussian per radian of the relief's phase over σ. Chosen: more take longer.
-const CELLS_PER_PHASE: f64 = 1.0;
-/// Largest number of cells of a Gaussian along an axis. Chosen above the number that the horizon needs.
-const CELLS_MAX: usize = 16;
-/// Steps of cosθo in a cell per radian of the relief's phase. Chosen: more take longer.
-const STEPS_PER_PHASE: f64 = 0.25;
-/// Steps of cosθo in a cell per relative change of `cosθi + cosθo`. Chosen: with 6 an albedo of 1.0017 remains on a flat
-/// relief at 74°.
-const STEPS_PER_COSINE: f64 = 16.0;
-/// Largest number of steps in a cell. Chosen: more take longer.
-const STEPS_MAX: f64 = 64.0;
 
 /// Largest cosθo at which orders on a ridge are counted. Smaller values leave larger albedos (0.3 leaves 1.05 on a
 /// steep sinusoid); larger ones take longer.
@@ -64,8 +43,8 @@ pub(crate) struct AlbedoIntegral<'a> {
     options: &'a Options,
     /// Portions of the power.
     portions: Vec<Portion<'a>>,
-    /// Divisions of a Gaussian into 1 to [`CELLS_MAX`] cells along an axis; empty in the accurate integral.
-    divisions: Vec<Vec<Cell>>,
+    /// Cells of the fast integral; `None` in the accurate one.
+    divisions: Option<Divisions>,
     /// λ" in nm for every integral; `None` where λ" is the integral's own wavelength λ'.
     depth_wavelength_nm: Option<f64>,
 }
@@ -73,21 +52,26 @@ pub(crate) struct AlbedoIntegral<'a> {
 impl<'a> AlbedoIntegral<'a> {
     /// The accurate integral, the reference for albedos. `None` for a table of amplitudes, whose powers do not add.
     pub(crate) fn accurate(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
-        let is_power = table.quantity() == NodeQuantity::Power;
-        is_power.then(|| Self {
-            portions: node_gaussians(table),
-            divisions: Vec::new(),
-            table,
-            options,
-            depth_wavelength_nm: None,
-        })
+        Self::new(table, options, node_gaussians, None)
     }
 
     /// The fast integral, from which tables of the albedo are built. The test `fast_matches_accurate` bounds its error.
     /// `None` as in [`AlbedoIntegral::accurate`].
     pub(crate) fn fast(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
-        let accurate = Self::accurate(table, options)?;
-        Some(Self { portions: portions(table), divisions: (1..=CELLS_MAX).map(cells).collect(), ..accurate })
+        Self::new(table, options, portions, Some(Divisions::new()))
+    }
+
+    /// The integral of the given portions of a table; `None` for a table of amplitudes.
+    fn new(
+        table: &'a SpectralTable,
+        options: &'a Options,
+        portions: impl Fn(&'a SpectralTable) -> Vec<Portion<'a>>,
+        divisions: Option<Divisions>,
+    ) -> Option<Self> {
+        (table.quantity() == NodeQuantity::Power).then(|| {
+            let portions = portions(table);
+            Self { table, options, portions, divisions, depth_wavelength_nm: None }
+        })
     }
 
     /// Multiplies the standard deviations of Gaussians by `factor`. Squares stay unchanged.
@@ -129,80 +113,18 @@ impl<'a> AlbedoIntegral<'a> {
 
     /// Quadrature nodes of an incidence at a wavelength, in no particular order.
     fn quadrature_nodes(&self, wi: Vec3, wavelength_um: f64, ridge: Option<Ridge>) -> Vec<QuadratureNode<'_>> {
-        let phase = phase_per_cosine(self.table, self.depth_wavelength_um(wavelength_um));
+        let depth_wavelength_um = self.depth_wavelength_nm.map_or(wavelength_um, |nm| 1e-3 * nm);
+        let phase = phase_per_cosine(self.table, depth_wavelength_um);
+        let incidence = Incidence { wi, wavelength_um, phase };
         let mut nodes = Vec::new();
         for portion in &self.portions {
             let visit = |wo, fraction| nodes.push(QuadratureNode { wo, fraction, record: &portion.record });
-            if self.divisions.is_empty() {
-                accurate::integrate(
-                    self.table,
-                    portion,
-                    wi,
-                    wavelength_um,
-                    self.resolved(wi, wavelength_um),
-                    phase,
-                    visit,
-                );
-            } else {
-                self.integrate(portion, wi, wavelength_um, phase, ridge, visit);
+            match &self.divisions {
+                Some(divisions) => divisions.integrate(portion, &incidence, ridge, visit),
+                None => accurate::integrate(self.table, portion, &incidence, visit),
             }
         }
         nodes
-    }
-
-    /// Outgoing direction cosines `[[x low, x high], [y low, y high]]` up to the cutoff, the largest order that the
-    /// pixels resolve: |wi + wo|/λ ≤ cutoff/period along each axis.
-    fn resolved(&self, wi: Vec3, wavelength_um: f64) -> [[f64; 2]; 2] {
-        let lattice = self.table.lattice();
-        [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, cosine)| {
-            let reach = wavelength_um * axis.cutoff / axis.period_um;
-            [-reach - cosine, reach - cosine]
-        })
-    }
-
-    /// Calls `visit` with the directions of a portion's quadrature nodes in the fast integral, and their fractions of the
-    /// portion. The wavelength is in µm; `phase` is [`phase_per_cosine`].
-    fn integrate(
-        &self,
-        portion: &Portion,
-        wi: Vec3,
-        wavelength_um: f64,
-        phase: f64,
-        ridge: Option<Ridge>,
-        mut visit: impl FnMut(Vec3, f64),
-    ) {
-        let sigma = portion.sigma_f.map(|sigma| wavelength_um * sigma);
-        let widest = sigma[0].max(sigma[1]);
-        let mut centre = [0, 1].map(|axis| wavelength_um * portion.f[axis] - wi[axis]);
-        if let Some(ridge) = ridge {
-            centre = ridge.moved(centre, portion.f, widest);
-        }
-        let rho_squared = centre[0] * centre[0] + centre[1] * centre[1];
-        // Most nodes of a natural relief lie beyond the horizon, and are rejected before a root is taken.
-        if rho_squared >= (1.0 + REACH * widest).powi(2) {
-            return;
-        }
-        let rho = rho_squared.sqrt().max(f64::MIN_POSITIVE);
-        let radial = centre.map(|c| (c / rho).abs());
-        // At the horizon a Gaussian has the mean cos²θo of its part above it, about σ.
-        let cos_squared = (1.0 - rho_squared).max(length([radial[0] * sigma[0], radial[1] * sigma[1]]));
-        let per_sigma = CELLS_AT_HORIZON / cos_squared + CELLS_PER_PHASE * phase * rho / cos_squared.sqrt();
-        let [x, y] = [0, 1].map(|axis| {
-            let count =
-                ((CELLS_PER_SIGMA + per_sigma * radial[axis]) * sigma[axis]).round().clamp(1.0, CELLS_MAX as f64);
-            let count = if portion.is_square { 1 } else { count as usize };
-            &self.divisions[count - 1]
-        });
-        for (x, y) in x.iter().flat_map(|x| y.iter().map(move |y| (x, y))) {
-            let middle = [centre[0] + x.middle * sigma[0], centre[1] + y.middle * sigma[1]];
-            let half = [x.half * sigma[0], y.half * sigma[1]];
-            visit_steps(middle, half, wi[2], phase, |wo, fraction| visit(wo, x.fraction * y.fraction * fraction));
-        }
-    }
-
-    /// λ" in µm of an integral at a wavelength λ' in µm.
-    fn depth_wavelength_um(&self, wavelength_um: f64) -> f64 {
-        self.depth_wavelength_nm.map_or(wavelength_um, |nm| 1e-3 * nm)
     }
 
     /// Whether the relief varies along x alone, so that directions mirrored at the x axis have equal albedos.
@@ -222,10 +144,9 @@ impl<'a> AlbedoIntegral<'a> {
         self.portions.iter().all(|portion| !portion.is_square)
     }
 
-    /// Whether the nodes sample a continuous spectrum along an axis, up to a cutoff, instead of being orders.
+    /// Whether the spectrum is continuous along an axis.
     pub(crate) fn is_continuous(&self) -> bool {
-        let lattice = self.table.lattice();
-        lattice.x.cutoff.is_finite() || lattice.y.cutoff.is_finite()
+        is_continuous(self.table)
     }
 
     /// Whether F contains the small-slope factor of a dielectric, so that it vanishes at the horizon instead of having
@@ -253,37 +174,6 @@ impl<'a> AlbedoIntegral<'a> {
         // With `first` at the upper bound there are 0 steps and one value. The bound 1 then avoids a division by 0.
         let steps = ((RIDGE_COSINE_MAX / first).ln() / RIDGE_RATIO.ln()).ceil();
         (0..=steps as i32).map(|k| first * (RIDGE_COSINE_MAX / first).powf(f64::from(k) / steps.max(1.0))).collect()
-    }
-}
-
-/// Calls `visit` with the quadrature nodes of a cell: one direction for each step of cosθo, and the step's fraction of
-/// the cell. Nothing is visited below the horizon.
-///
-/// `middle` and `half` are the cell's centre and half-sides in direction cosines. The cell counts as uniform along the
-/// radius, with its own variance there. `cos_i` is cosθi; `phase` is [`phase_per_cosine`].
-fn visit_steps(middle: [f64; 2], half: [f64; 2], cos_i: f64, phase: f64, mut visit: impl FnMut(Vec3, f64)) {
-    let rho = length(middle).max(f64::MIN_POSITIVE);
-    let radial = middle.map(|c| c / rho);
-    // Positive, so that the fractions below are finite at the normal, too.
-    let half = length([radial[0] * half[0], radial[1] * half[1]]).max(f64::MIN_POSITIVE);
-    // Steps go from the cell's end towards the horizon, where cosθo is smallest, to the other end.
-    let [outer, inner] = [(rho + half).min(1.0), rho - half];
-    if inner >= 1.0 {
-        return;
-    }
-    // The cosine at a radius, and the radius at a cosine.
-    let other = |value: f64| (1.0 - value * value).max(0.0).sqrt();
-    let [first, last] = [other(outer), other(inner)];
-    let per_cosine = STEPS_PER_PHASE * phase + STEPS_PER_COSINE / (cos_i + 0.5 * (first + last));
-    let steps = ((last - first).abs() * per_cosine).round().clamp(1.0, STEPS_MAX);
-    let cosine = |step: f64| first + (last - first) * step / steps;
-    let mut from = outer;
-    for step in 1..=steps as usize {
-        let to = if step == steps as usize { inner } else { other(cosine(step as f64)) };
-        let cos = cosine(step as f64 - 0.5);
-        let sin = other(cos);
-        visit([radial[0] * sin, radial[1] * sin, cos], 0.5 * (from - to) / half);
-        from = to;
     }
 }
 

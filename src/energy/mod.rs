@@ -32,6 +32,7 @@
 
 mod accurate;
 mod build;
+mod cells;
 mod colour;
 mod grid;
 mod integral;

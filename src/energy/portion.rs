@@ -3,7 +3,7 @@
 //! A spectral table of powers has a Gaussian over frequency for each of its nodes. A node's *record* in the table gives
 //! its power by phase rate. Records are linear in the power, so the sum of several records is the record of their sum.
 
-use crate::scattering::TYPICAL_WAVELENGTH_UM;
+use crate::scattering::{TYPICAL_WAVELENGTH_UM, Vec3};
 use crate::table::{LatticeAxis, NodeCurve, SpectralTable};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -13,9 +13,9 @@ const SEPARATE_MAX: usize = 640;
 /// Number of the strongest narrow Gaussians that stay separate where others are summed. Chosen: a larger number is more
 /// accurate but takes longer. On a preset of *Xenopeltis* 16 have an error of 4 % (root mean square).
 const STRONGEST: usize = 200;
-/// Number of the strongest Gaussians in a table with a cutoff, next to whose squares they are hardly narrower. Chosen:
-/// 200 double the time for the albedo table of a scan.
-const STRONGEST_OF_CUT: usize = 16;
+/// Number of the strongest Gaussians that stay separate in a continuous spectrum, where they are hardly narrower than
+/// the squares. Chosen: 200 double the time for the albedo table of a scan.
+const STRONGEST_OF_CONTINUOUS: usize = 16;
 /// Side in cycles/µm of the squares for narrow Gaussians. Chosen: larger squares leave fewer portions; smaller ones
 /// keep more of the nodes' frequencies.
 const NARROW_SIDE_PER_UM: f64 = 0.14;
@@ -44,38 +44,18 @@ pub(super) struct Portion<'a> {
     pub record: Cow<'a, [f32]>,
 }
 
-/// Cell of a Gaussian: an interval of a standard normal variate.
-#[derive(Clone, Copy)]
-pub(super) struct Cell {
-    /// Middle of the interval.
-    pub middle: f64,
-    /// Half of the interval's width.
-    pub half: f64,
-    /// Probability of the interval.
-    pub fraction: f64,
-}
-
-/// Division of a standard normal variate into `count` cells of equal width, at least one, each of uniform density. They
-/// are scaled so that the variance of all together is 1.
-pub(super) fn cells(count: usize) -> Vec<Cell> {
-    let half = REACH / count as f64;
-    let middle = |i: usize| (2 * i + 1) as f64 * half - REACH;
-    let cell = |i: usize| Cell { middle: middle(i), half, fraction: probability(middle(i) - half, middle(i) + half) };
-    let cells: Vec<Cell> = (0..count).map(cell).collect();
-    let total: f64 = cells.iter().map(|cell| cell.fraction).sum();
-    // A uniform interval has the variance half²/3.
-    let second_moment = |cell: &Cell| cell.fraction * (cell.middle * cell.middle + half * half / 3.0);
-    let scale = (total / cells.iter().map(second_moment).sum::<f64>()).sqrt();
-    let scaled = |Cell { middle, half, fraction }| Cell {
-        middle: scale * middle,
-        half: scale * half,
-        fraction: fraction / total,
-    };
-    cells.into_iter().map(scaled).collect()
+/// Incident light, and the relief's phase.
+pub(super) struct Incidence {
+    /// Incident direction.
+    pub wi: Vec3,
+    /// Wavelength in µm.
+    pub wavelength_um: f64,
+    /// Change of the relief's phase, in radians from its lowest point to its highest, per unit of cosθo.
+    pub phase: f64,
 }
 
 /// Probability that a standard normal variate lies between two numbers.
-fn probability(low: f64, high: f64) -> f64 {
+pub(super) fn probability(low: f64, high: f64) -> f64 {
     let cumulative = |t: f64| 0.5 * (1.0 + libm::erf(t / std::f64::consts::SQRT_2));
     cumulative(high) - cumulative(low)
 }
@@ -94,6 +74,12 @@ pub(super) fn node_gaussians(table: &SpectralTable) -> Vec<Portion<'_>> {
     .collect()
 }
 
+/// Whether the table has a cutoff along an axis. There its nodes sample a continuous spectrum up to the largest frequency
+/// that the pixels resolve, whereas nodes without a cutoff are orders.
+pub(super) fn is_continuous(table: &SpectralTable) -> bool {
+    table.lattice().x.cutoff.is_finite() || table.lattice().y.cutoff.is_finite()
+}
+
 /// The Gaussians of a table if they are narrow, at most [`SEPARATE_MAX`], and have no cutoff. Otherwise squares, next
 /// to the strongest Gaussians if these are narrow. All lie within the frequencies that the pixels resolve.
 pub(super) fn portions(table: &SpectralTable) -> Vec<Portion<'_>> {
@@ -101,9 +87,7 @@ pub(super) fn portions(table: &SpectralTable) -> Vec<Portion<'_>> {
     let axes = [&table.lattice().x, &table.lattice().y];
     let sigma_f = axes.map(LatticeAxis::sigma_per_um);
     let is_wide = sigma_f[0].max(sigma_f[1]) * TYPICAL_WAVELENGTH_UM > WIDE_SIGMA;
-    // A table has a cutoff along an axis on which its nodes sample a continuous spectrum, instead of being orders.
-    let cutoffs = axes.map(|axis| axis.cutoff / axis.period_um);
-    if !is_wide && gaussians.len() <= SEPARATE_MAX && cutoffs == [f64::INFINITY; 2] {
+    if !is_wide && gaussians.len() <= SEPARATE_MAX && !is_continuous(table) {
         return gaussians;
     }
     let sides = [0, 1].map(|c| {
@@ -114,12 +98,13 @@ pub(super) fn portions(table: &SpectralTable) -> Vec<Portion<'_>> {
             (false, _) => NARROW_SIDE_PER_UM,
         };
         // Squares end at a cutoff: its distance from the centre of square 0 is that of a number of squares and a half.
-        if cutoffs[c].is_finite() { cutoffs[c] / ((cutoffs[c] / side - 0.5).ceil().max(0.0) + 0.5) } else { side }
+        let cutoff = axes[c].cutoff / axes[c].period_um;
+        if cutoff.is_finite() { cutoff / ((cutoff / side - 0.5).ceil().max(0.0) + 0.5) } else { side }
     });
-    let separate = match (is_wide, cutoffs == [f64::INFINITY; 2]) {
+    let separate = match (is_wide, is_continuous(table)) {
         (true, _) => 0,
-        (false, true) => STRONGEST,
-        (false, false) => STRONGEST_OF_CUT,
+        (false, false) => STRONGEST,
+        (false, true) => STRONGEST_OF_CONTINUOUS,
     };
     let weak = split_off_weak(table, &mut gaussians, separate);
     gaussians.extend(squares(&weak, sides));

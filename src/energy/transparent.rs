@@ -18,9 +18,10 @@
 //! planes over λ' and, for several sizes, on slabs over λ" (`sizes.rs`).
 
 use super::build::{DEEP_PHASE, MARGIN, MARGIN_FROM};
+use super::cells::divided;
 use super::grid::Grid;
 use super::integral::phase_per_cosine;
-use super::portion::{Portion, cells, portions};
+use super::portion::{Portion, portions};
 use super::sizes::SizeAxes;
 use super::{AlbedoLayout, AlbedoTable, packets};
 use crate::numeric::{Lanes, Number, Numbers, Real, Values};
@@ -37,10 +38,10 @@ const FEW: usize = 100;
 const SIZE_OF_FEW: (u32, u32) = (24, 11);
 /// Cells and planes for more portions, chosen as those of [`SIZE_OF_FEW`].
 const SIZE_OF_MANY: (u32, u32) = (16, 7);
-/// Standard deviation of a Gaussian in direction cosines from which it has [`CELLS`] along an axis. In units of the wave
-/// number in the medium. Chosen.
+/// Standard deviation of a Gaussian from which it has [`CELLS`] along an axis, in units of the wave number in the medium.
+/// Chosen: a smaller value takes longer.
 const SHARP_SIGMA: f64 = 0.01;
-/// Number of cells along an axis on which a Gaussian is wide. Chosen.
+/// Number of cells along an axis on which a Gaussian is wide. Chosen: more take longer.
 const CELLS: usize = 5;
 /// Offsets from a node of the grid at which albedos of deep reliefs ([`DEEP_PHASE`]) are integrated: along x and y in
 /// cells, and in planes. They are the node and four corners of a cube around it. Chosen: a larger cube also has maxima
@@ -148,15 +149,16 @@ impl<'a> BodyIntegral<'a> {
         Self { table, body: TransparentBody { is_film: false, ..body }, portions: portions(table) }
     }
 
-    /// Quadrature nodes of the integral: one of each portion along an axis on which it is narrow or a square, and
-    /// [`CELLS`] along an axis on which it is wide. With one, an albedo of 1.12 would remain on a relief of index 1,
-    /// 70 nm deep, whose orders are many and wide.
+    /// Quadrature nodes of the integral: one of each portion along an axis on which it is narrow, and [`CELLS`] along an
+    /// axis on which it is wide. With one, an albedo of 1.12 would remain on a relief of index 1, 70 nm deep, whose orders
+    /// are wide. Where there are squares, each portion has one node, since Gaussians are narrower than squares.
     fn parts(&self) -> Vec<Part<'_>> {
-        let [one, several] = [1, CELLS].map(cells);
+        let [one, several] = [1, CELLS].map(divided);
+        let any_squares = self.portions.iter().any(|portion| portion.is_square);
         let mut parts = Vec::new();
         for portion in &self.portions {
             let [x, y] = portion.sigma_f.map(|sigma| {
-                let is_single = portion.is_square || sigma * TYPICAL_WAVELENGTH_UM < SHARP_SIGMA;
+                let is_single = any_squares || sigma * TYPICAL_WAVELENGTH_UM < SHARP_SIGMA;
                 if is_single { &one } else { &several }
             });
             for (x, y) in x.iter().flat_map(|x| y.iter().map(move |y| (x, y))) {
