@@ -31,9 +31,9 @@
 //! 1.01 may remain (docs/tables.md#energy).
 
 mod accurate;
+mod bands;
 mod build;
 mod cells;
-mod colour;
 mod grid;
 mod integral;
 mod portion;
@@ -43,8 +43,6 @@ mod ridge;
 mod sizes;
 mod transparent;
 
-pub(crate) use colour::{BAND_NODE_WEIGHTS, BAND_NODES, BAND_NODES_NM};
-pub use colour::{ColourAlbedoTable, ColourAlbedoView};
 pub(crate) use grid::GridPlace;
 pub(crate) use integral::AlbedoIntegral;
 pub use report::AlbedoReport;
@@ -62,16 +60,16 @@ use serde::{Deserialize, Serialize};
 /// Fraction of a build's progress at which the nodes are done; the report takes the rest. Chosen; for display only.
 const NODES_DONE: f64 = 0.9;
 
-/// Dimensions of an [`AlbedoTable`] or a [`ColourAlbedoTable`].
+/// Dimensions of an [`AlbedoTable`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AlbedoLayout {
     /// Number of cells along each side of the square grid over directions (`grid.rs`).
     pub cells: u32,
-    /// Number of planes of wavelength, at least two. In a [`ColourAlbedoTable`] the number of bands.
+    /// Number of planes of wavelength, at least two.
     pub planes: u32,
-    /// Wavelength of the first plane in nm; not read in a [`ColourAlbedoTable`] and for several sizes.
+    /// Wavelength of the first plane in nm; not read for several sizes.
     pub wavelength_min_nm: f32,
-    /// Planes per nm of wavelength; not read in a [`ColourAlbedoTable`] and for several sizes.
+    /// Planes per nm of wavelength; not read for several sizes.
     pub planes_per_nm: f32,
     /// Planes and slabs of a table for several relative sizes, whose planes are not uniform in wavelength.
     pub sizes: Option<SizeAxes>,
@@ -115,11 +113,6 @@ impl AlbedoTable {
         let albedos = Self::of_integral(&mut integral, options, &progress.part(0.0, NODES_DONE));
         let report = AlbedoReport::new(&integral, &albedos, &progress.part(NODES_DONE, 1.0));
         Some((albedos, report))
-    }
-
-    /// [`AlbedoTable::build`] without the report.
-    pub(crate) fn build_alone(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<Self> {
-        Some(Self::of_integral(&mut AlbedoIntegral::fast(table, options)?, options, progress))
     }
 
     /// The table of an integral, for one size of the relief or the range of the options.

@@ -16,10 +16,10 @@
 
 use super::{BandRatio, Gamut, InColour, Sides, are_above};
 use crate::colour_table::{ColourView, SUM_SQUARED_MAX};
-use crate::energy::{AlbedoView, BAND_NODE_WEIGHTS, BAND_NODES, BAND_NODES_NM, ColourAlbedoView, GridPlace};
+use crate::energy::AlbedoView;
 use crate::numeric::{Number, Numbers, Real};
 use crate::sampling::ColourSamplerView;
-use crate::scattering::{ComplexIndex, Obliquity, Reading, RelativeSize, Scattering};
+use crate::scattering::{ComplexIndex, Obliquity, RelativeSize, Scattering};
 use std::array;
 
 /// Factors that a lobe multiplies the table's colours by, and the treatment of negative channels.
@@ -45,53 +45,10 @@ pub struct ColourLobe<N: Numbers> {
     pub table: ColourView<N>,
     /// The sampler.
     pub sampler: ColourSamplerView<N>,
-    /// Albedos by which the reflectance is divided; `None` where nothing is divided.
-    pub albedo: Option<ColourAlbedo<N>>,
+    /// Divisors of the reflectance; `None` where nothing is divided.
+    pub albedo: Option<AlbedoView<N>>,
     /// Size of the relief at the shaded point; `None` for that of the tables. The sampler holds a copy.
     pub size: Option<RelativeSize<N::Real>>,
-}
-
-/// Albedos of a colour lobe.
-pub enum ColourAlbedo<N: Numbers> {
-    /// Albedos of bands, for the relief's own size.
-    Bands(ColourAlbedoView<N>),
-    /// Albedos by wavelength, for several sizes and for transparent bodies. A channel takes the mean over its band.
-    ByWavelength(AlbedoView<N>),
-}
-
-/// `max(1, A) − 1` of each channel at a place of a table by wavelength: the mean over the channel's band.
-#[inline(always)]
-pub(super) fn band_excess<N: Numbers>(
-    albedo: &AlbedoView<N>,
-    place: &GridPlace<N>,
-    size: Option<RelativeSize<N::Real>>,
-    active: N::Mask,
-) -> [N::Real; 3] {
-    let lit = N::Real::lit;
-    // Quadrature over wavelengths. Albedos are read without the coherence window, so `keeps_window` is false.
-    let at_nodes = BAND_NODES_NM.map(|nm| albedo.excess(place, &Reading::resized(lit(nm), size, false), active));
-    BAND_NODE_WEIGHTS
-        .map(|weights| (0..BAND_NODES).fold(lit(0.0), |sum, node| at_nodes[node].fma(lit(weights[node]), sum)))
-}
-
-/// `1/max(1, A(wi), A(wo))` of each channel, from `max(1, A) − 1` at both directions.
-#[inline(always)]
-pub(super) fn factor_of_excess<N: Numbers>([at_wi, at_wo]: [[N::Real; 3]; 2]) -> [N::Real; 3] {
-    array::from_fn(|c| N::Real::lit(1.0) / (N::Real::lit(1.0) + at_wi[c].max(at_wo[c])))
-}
-
-impl<N: Numbers> ColourLobe<N> {
-    /// `1/max(1, A(wi), A(wo))` of each channel.
-    #[inline(always)]
-    fn albedo_factor(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
-        match &self.albedo {
-            None => [N::Real::lit(1.0); 3],
-            Some(ColourAlbedo::Bands(albedo)) => albedo.factor(wi, wo, active),
-            Some(ColourAlbedo::ByWavelength(albedo)) => {
-                factor_of_excess::<N>([wi, wo].map(|w| band_excess(albedo, &albedo.place(w), self.size, active)))
-            }
-        }
-    }
 }
 
 // The provided methods: the lobe only reflects.
@@ -112,7 +69,10 @@ impl<N: Numbers> InColour<N> for ColourLobe<N> {
         let [u, v, w] = scattering.q;
         // Factor on all channels, and factors on each.
         let mut factor = scattering.factor;
-        let mut channels = self.albedo_factor(wi, wo, active);
+        let mut channels = match &self.albedo {
+            Some(albedo) => albedo.band_factor(wi, wo, self.size, active),
+            None => [lit(1.0); 3],
+        };
         let colour = match self.size {
             None => self.table.relief_rgb(u, v, w, active),
             Some(RelativeSize { scale, depth }) => {

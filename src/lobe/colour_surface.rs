@@ -5,19 +5,19 @@
 //! reflectance of one index for all wavelengths, the *reference*. The lobe multiplies by R0 exactly
 //! (`colour_lobe.rs`). The ratio is 1 for a constant index, and smooth up to grazing incidence for other indices.
 
-use super::colour_lobe::{ColourAlbedo, ColourFactors, ColourLobe};
+use super::colour_lobe::{ColourFactors, ColourLobe};
+use super::surface::albedos;
 use super::{BandRatio, Gamut, LinearSrgb, Lobe, TransmissiveColourLobe};
 use crate::clock::Instant;
 use crate::colour_table::{ColourTable, ColourTableError, ColourTableOptions, ColourView};
-use crate::energy::{AlbedoTable, AlbedoView, ColourAlbedoTable, ColourAlbedoView};
+use crate::energy::{AlbedoTable, AlbedoView};
 use crate::height_field::HeightField;
 use crate::numeric::{Numbers, Plain};
 use crate::sampling::{ColourSampler, ColourSamplerView};
 use crate::scattering::{
-    ComplexIndex, Obliquity, Options, RelativeSize, SpectralIndex, Vec3, build_table, fresnel_of_family,
-    fresnel_unpolarised,
+    ComplexIndex, Obliquity, Options, RelativeSize, SpectralIndex, Vec3, fresnel_of_family, fresnel_unpolarised,
 };
-use crate::table::{Model, Progress, SpectralTable};
+use crate::table::Progress;
 use serde::{Deserialize, Serialize};
 
 /// Progress of a build at the end of the colour table. Chosen roughly as the table's fraction of the build time; for
@@ -51,11 +51,8 @@ pub struct ColourSurface {
     reference: Option<ComplexIndex>,
     table: ColourTable,
     sampler: ColourSampler,
-    /// Albedos of the bands red, green and blue; `None` where nothing is divided, for several sizes, and for a
-    /// transparent body.
-    albedo: Option<ColourAlbedoTable>,
-    /// Albedos by wavelength, of several sizes ([`Options::sizes`]) or of a transparent body.
-    albedo_by_wavelength: Option<AlbedoTable>,
+    /// [`ColourSurface::albedo_table`].
+    albedo_table: Option<AlbedoTable>,
     /// Means of R/R0 over the bands, which correct a resized relief; `None` for one size, and if the ratio is 1.
     ratio: Option<BandRatio>,
     report: ColourSurfaceReport,
@@ -118,8 +115,7 @@ impl ColourSurface {
             ColourTable::build_reflecting(field, &table_options, &ratio_at, &progress.part(0.0, TABLE_DONE))?;
         let table_seconds = start.elapsed().as_secs_f64();
         let (albedo_progress, sampler_progress) = progress.part(TABLE_DONE, 1.0).halves();
-        let Albedos { bands: albedo, by_wavelength: albedo_by_wavelength } =
-            Albedos::build(field, options, &spectral, &albedo_progress)?;
+        let (albedo_table, _) = albedos(field, &spectral, options, &albedo_progress)?;
         // Frees the memory before the sampler is built.
         drop(spectral);
         // Only for a resized relief is the table read at another half vector than that of the directions, which
@@ -133,15 +129,14 @@ impl ColourSurface {
         let report = ColourSurfaceReport {
             table_bytes: table.report().bytes,
             sampler_bytes: sampler.bytes(),
-            albedo_bytes: albedo.as_ref().map_or(0, ColourAlbedoTable::bytes)
-                + albedo_by_wavelength.as_ref().map_or(0, AlbedoTable::bytes),
+            albedo_bytes: albedo_table.as_ref().map_or(0, AlbedoTable::bytes),
             coherence_length_um: table.report().coherence_length_um,
             table_seconds,
             build_seconds: start.elapsed().as_secs_f64(),
         };
         progress.report(1.0);
         let options = options.clone();
-        Ok(Self { options, reference, table, sampler, albedo, albedo_by_wavelength, ratio, report })
+        Ok(Self { options, reference, table, sampler, albedo_table, ratio, report })
     }
 
     /// Options that the surface was built with.
@@ -164,10 +159,9 @@ impl ColourSurface {
         &self.sampler
     }
 
-    /// Albedos of the bands red, green and blue, by which the reflectance is divided. `None` where nothing is divided,
-    /// and where albedos are by wavelength: for several sizes and for a transparent body.
-    pub fn albedo(&self) -> Option<&ColourAlbedoTable> {
-        self.albedo.as_ref()
+    /// Divisors of the reflectance; `None` where nothing is divided.
+    pub fn albedo_table(&self) -> Option<&AlbedoTable> {
+        self.albedo_table.as_ref()
     }
 
     /// Size and build time of the tables.
@@ -177,11 +171,7 @@ impl ColourSurface {
 
     /// Table data: colours, sampler, albedos. The last is empty where nothing is divided.
     pub fn words(&self) -> [&[u32]; 3] {
-        let albedo = match (&self.albedo, &self.albedo_by_wavelength) {
-            (Some(table), _) => table.words(),
-            (None, Some(table)) => table.words(),
-            (None, None) => &[],
-        };
+        let albedo = self.albedo_table.as_ref().map_or(&[] as &[u32], AlbedoTable::words);
         [self.table.words(), self.sampler.words(), albedo]
     }
 
@@ -204,15 +194,7 @@ impl ColourSurface {
             factors: self.factors(),
             table: ColourView { layout: *self.table.layout(), words: table },
             sampler: ColourSamplerView { layout: self.sampler.layout(), words: sampler, size },
-            albedo: match (&self.albedo, &self.albedo_by_wavelength) {
-                (Some(table), _) => {
-                    Some(ColourAlbedo::Bands(ColourAlbedoView { layout: *table.layout(), words: albedo }))
-                }
-                (None, Some(table)) => {
-                    Some(ColourAlbedo::ByWavelength(AlbedoView { layout: *table.layout(), words: albedo }))
-                }
-                (None, None) => None,
-            },
+            albedo: self.albedo_table.as_ref().map(|table| AlbedoView { layout: *table.layout(), words: albedo }),
             size,
         }
     }
@@ -240,57 +222,6 @@ impl ColourSurface {
             Some(lobe) => lobe.eval(wi, wo, LinearSrgb, true),
             None => self.lobe::<f64>().eval(wi, wo, LinearSrgb, true),
         }
-    }
-}
-
-/// Albedos of a surface: at most one of the two tables, none where nothing is divided.
-#[derive(Default)]
-struct Albedos {
-    /// [`ColourSurface::albedo`].
-    bands: Option<ColourAlbedoTable>,
-    /// Albedos by wavelength, for several sizes and for a transparent body.
-    by_wavelength: Option<AlbedoTable>,
-}
-
-impl Albedos {
-    /// Builds the albedos that `options` call for, from the surface's spectral table.
-    ///
-    /// # Errors
-    /// The errors of the ensemble's spectral table, which is built for a patch.
-    fn build(
-        field: &HeightField,
-        options: &Options,
-        spectral: &SpectralTable,
-        progress: &Progress,
-    ) -> Result<Self, ColourTableError> {
-        if !options.conserve_energy {
-            return Ok(Self::default());
-        }
-        let Self { bands, by_wavelength } = match options.model {
-            Model::Ensemble => Self::of_ensemble(spectral, options, progress),
-            Model::Patch => {
-                // A patch is one member of the ensemble, and takes the ensemble's albedo.
-                let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                let (table_progress, albedo_progress) = progress.halves();
-                let mean = build_table(field, &ensemble, &table_progress)?.table;
-                Self::of_ensemble(&mean, options, &albedo_progress)
-            }
-        };
-        Ok(Self {
-            bands: bands.filter(|table| !table.is_one()),
-            by_wavelength: by_wavelength.filter(|table| !table.is_one()),
-        })
-    }
-
-    /// Builds the albedos from an ensemble's spectral table.
-    fn of_ensemble(table: &SpectralTable, options: &Options, progress: &Progress) -> Self {
-        let sizes = options.sizes.as_ref();
-        let by_wavelength = match options.body {
-            Some(body) => AlbedoTable::build_of_body(table, body, sizes, progress),
-            None if sizes.is_some() => AlbedoTable::build_alone(table, options, progress),
-            None => return Self { bands: ColourAlbedoTable::build(table, options, progress), by_wavelength: None },
-        };
-        Self { bands: None, by_wavelength }
     }
 }
 

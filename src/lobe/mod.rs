@@ -31,7 +31,7 @@ mod transmissive;
 pub use band_ratio::BandRatio;
 pub use by_value::{Answer, Sample};
 pub(crate) use by_value::{eval, eval_pdf, pdf, sample, sample_direction};
-pub use colour_lobe::{ColourAlbedo, ColourFactors, ColourLobe};
+pub use colour_lobe::{ColourFactors, ColourLobe};
 pub use colour_surface::{ColourSurface, ColourSurfaceReport};
 pub use exact::Exact;
 pub(crate) use in_colour::InColour;

@@ -96,8 +96,7 @@ impl Surface {
         let Built { table, packed, report: table_report } = build_table(field, options, &table_progress)?;
         let sampler = Sampler::new(&table, options);
         let (albedo_table, energy) = albedos(field, &table, options, &albedo_progress)?;
-        // A table of ones is dropped: lobes without an albedo table skip the division.
-        let albedo_table = albedo_table.filter(|table| !table.is_one()).map(Arc::new);
+        let albedo_table = albedo_table.map(Arc::new);
         let report = SurfaceReport {
             bytes: packed.bytes() + sampler.bytes() + albedo_table.as_ref().map_or(0, |table| table.bytes()),
             table: table_report,
@@ -238,9 +237,12 @@ impl Surface {
     }
 }
 
-/// Albedo table of a surface with the spectral table `table`, and its report. Both are `None` where energy is not
-/// conserved; a transparent body has no report.
-fn albedos(
+/// Albedo table of a surface with the spectral table `table`, and its report. The table is `None` where nothing is
+/// divided. Both are `None` where energy is not conserved; a transparent body has no report.
+///
+/// # Errors
+/// The errors of the ensemble's spectral table, which is built for a patch.
+pub(super) fn albedos(
     field: &HeightField,
     table: &SpectralTable,
     options: &Options,
@@ -249,26 +251,20 @@ fn albedos(
     if !options.conserve_energy {
         return Ok((None, None));
     }
-    match options.model {
-        Model::Ensemble => Ok(ensemble_albedos(table, options, progress)),
+    let of_ensemble = |table: &SpectralTable, progress: &Progress| match options.body {
+        Some(body) => (AlbedoTable::build_of_body(table, body, options.sizes.as_ref(), progress), None),
+        None => AlbedoTable::build(table, options, progress).unzip(),
+    };
+    let (albedos, report) = match options.model {
+        Model::Ensemble => of_ensemble(table, progress),
         // A patch is one member of the ensemble, and takes the ensemble's albedo.
         Model::Patch => {
             let ensemble = Options { model: Model::Ensemble, ..options.clone() };
             let (table_progress, albedo_progress) = progress.halves();
             let mean = build_table(field, &ensemble, &table_progress)?.table;
-            Ok(ensemble_albedos(&mean, options, &albedo_progress))
+            of_ensemble(&mean, &albedo_progress)
         }
-    }
-}
-
-/// Albedo table of an ensemble's spectral table, and its report. A transparent body has no report.
-fn ensemble_albedos(
-    table: &SpectralTable,
-    options: &Options,
-    progress: &Progress,
-) -> (Option<AlbedoTable>, Option<AlbedoReport>) {
-    match options.body {
-        Some(body) => (AlbedoTable::build_of_body(table, body, options.sizes.as_ref(), progress), None),
-        None => AlbedoTable::build(table, options, progress).unzip(),
-    }
+    };
+    // Lobes without an albedo table skip the division.
+    Ok((albedos.filter(|table| !table.is_one()), report))
 }

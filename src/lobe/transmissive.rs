@@ -17,7 +17,7 @@
 //! medium of an interface, or into the air behind a film. Wave vectors "over n" are in units of the wave number in the
 //! medium: their length is 1 in the medium and 1/n in air. Further symbols are those of `scattering/transparent.rs`.
 
-use super::colour_lobe::{ColourAlbedo, ColourLobe, band_excess, factor_of_excess};
+use super::colour_lobe::ColourLobe;
 use super::spectral::SpectralLobe;
 use super::{Gamut, InColour, PerWavelength, Sides};
 use crate::colour_table::ColourView;
@@ -137,9 +137,7 @@ pub(crate) fn colour_at_body<N: Numbers>(
     // With the scale s and the depth d of a resized relief, the colour is s² times that at (s u, s v, d w).
     let factor = directions.pair.factor() * scale * scale;
     let per_albedo = match albedo {
-        Some(albedo) => {
-            factor_of_excess::<N>(directions.places(albedo).map(|place| band_excess(albedo, &place, size, active)))
-        }
+        Some(albedo) => albedo.band_factor_at(directions.places(albedo), size, active),
         None => [one; 3],
     };
     array::from_fn(|c| N::Real::select(active, colour[c] * factor * per_albedo[c], N::Real::lit(0.0)))
@@ -268,12 +266,8 @@ impl<N: Numbers> InColour<N> for TransmissiveColourLobe<N> {
 
     #[inline(always)]
     fn value(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
-        let albedo = match &self.relief.albedo {
-            Some(ColourAlbedo::ByWavelength(albedo)) => Some(albedo),
-            // A body never has albedos of bands: its table is built by wavelength.
-            Some(ColourAlbedo::Bands(_)) | None => None,
-        };
-        colour_at_body(self.body, &self.relief.table, albedo, self.relief.size, [wi, wo], active)
+        let ColourLobe { table, albedo, size, .. } = &self.relief;
+        colour_at_body(self.body, table, albedo.as_ref(), *size, [wi, wo], active)
     }
 
     #[inline(always)]

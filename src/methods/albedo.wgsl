@@ -1,26 +1,66 @@
-// Reflectance of the colour table divided by the albedo, so that the surface reflects no more energy than it receives;
-// compiled after albedo_grid.wgsl. Counterpart of `ColourAlbedoView` in src/energy/colour.rs, with the same arithmetic.
+// Divisors A of the reflectance by the albedo, for conserving_table.wgsl and film.wgsl; compiled after common.wgsl
+// (DIVISOR_MIN) and table.wgsl (table). Counterpart of `AlbedoView` in src/energy, with the same arithmetic.
 //
-// Let A(w) be the larger of 1 and the albedo for a direction w at the angle θ from the normal, for each of red, green
-// and blue. The reflectance is divided by max(A(wi), A(wo)). The albedo table holds (A - 1)·cos²θ on the grid.
+// Let A be the larger of 1 and the albedo for a direction at the angle θ from the normal and a wavelength. A colour
+// channel takes the mean of A over wavelength by the channel's weights, computed from A at three wavelengths.
 //
-// `albedos` has eight words of 32 bits for each cell of the grid: two for each of red, green and blue, and two of
-// padding. A channel's first word has the values at the cell's two corners of lower y, its second those of upper y. A
-// value is the upper 16 bits of a single-precision number. The lower half of a word is the corner of lower x.
+// (A - 1)·cos²θ is tabulated on a square grid, uniform over the stretched direction
+//     (x, y) = w.xy/√((1 + √cosθ)(1 + cosθ)), each in [-1, 1].
+// This maps the hemisphere to the unit disc with dense nodes near the horizon, since x² + y² = 1 - √cosθ. A cell is the
+// square between four nodes. Each of several wavelengths has such a grid, a plane.
 
-// A - 1 of red, green and blue for the direction w, whose tabulated value is bilinear between the grid's nodes.
-fn albedo_excess(w: vec3<f32>) -> vec3<f32> {
-    let at = place(w);
-    let first = 8u * at.cell;
-    var excess = vec3<f32>(0.0);
-    for (var channel = 0u; channel < 3u; channel++) {
-        excess[channel] = in_cell(albedos[first + 2u * channel], albedos[first + 2u * channel + 1u], at.fraction);
-    }
-    return excess * at.per_squared_cosine;
+// Four words for each [side of a film][gap between planes][cell], with two corners of the cell in each word: those of
+// the lower y and of the upper y on the lower plane, then those on the upper plane (`in_cell`).
+@group(1) @binding(2) var<storage, read> albedos: array<u32>;
+
+// Place of a direction in the grid.
+struct GridPlace {
+    // Index of its cell in one table of the grid, [row along y][column along x].
+    cell: u32,
+    // Position in the cell along x and y, 0 to 1.
+    fraction: vec2<f32>,
+    // 1/cos²θ, the factor that turns the tabulated (A - 1)·cos²θ, finite at the horizon, into A - 1.
+    per_squared_cosine: f32,
 }
 
-// The relief's factor of the reflectance divided by max(A(wi), A(wo)), linear sRGB in 1/sr. wi points to the light and
-// wo to the viewer. Like `relief_rgb`, it is zero unless `answer_part` is 0 (common.wgsl).
-fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
-    return relief_rgb(wi + wo) / (1.0 + max(albedo_excess(wi), albedo_excess(wo)));
+// Place of a direction of unit length; a cosine w.z below DIVISOR_MIN, also a negative one, counts as DIVISOR_MIN.
+fn place(w: vec3<f32>) -> GridPlace {
+    let cosine = clamp(w.z, DIVISOR_MIN, 1.0);
+    let scale = 1.0 / sqrt((1.0 + sqrt(cosine)) * (1.0 + cosine));
+    let cells = f32(table.albedo_cells);
+    let position = clamp((w.xy * scale + 1.0) * (0.5 * cells), vec2<f32>(0.0), vec2<f32>(cells));
+    let cell = min(floor(position), vec2<f32>(cells - 1.0));
+    return GridPlace(u32(cell.y) * table.albedo_cells + u32(cell.x), position - cell, 1.0 / (cosine * cosine));
+}
+
+// The two values of a word, that in the lower half first. Each is the upper half of a single-precision number.
+fn albedo_pair(word: u32) -> vec2<f32> {
+    return vec2<f32>(bitcast<f32>(word << 16u), bitcast<f32>(word & 0xffff0000u));
+}
+
+// Value at a position in a cell, 0 to 1 along x and y, bilinear between the corners. The word `lower_y` has the two
+// corners of the lower y, `upper_y` those of the upper y.
+fn in_cell(lower_y: u32, upper_y: u32, fraction: vec2<f32>) -> f32 {
+    let lower = albedo_pair(lower_y);
+    let upper = albedo_pair(upper_y);
+    return mix(mix(lower.x, lower.y, fraction.x), mix(upper.x, upper.y, fraction.x), fraction.y);
+}
+
+// A - 1 at a place and a wavelength in nm, linear between planes.
+fn excess(at: GridPlace, nm: f32) -> f32 {
+    let last = f32(table.albedo_planes - 1u);
+    let position = clamp((nm - table.albedo_min_nm) * table.albedo_planes_per_nm, 0.0, last);
+    let plane = min(floor(position), last - 1.0);
+    let first = 4u * (u32(plane) * table.albedo_cells * table.albedo_cells + at.cell);
+    let lower = in_cell(albedos[first], albedos[first + 1u], at.fraction);
+    let upper = in_cell(albedos[first + 2u], albedos[first + 3u], at.fraction);
+    return mix(lower, upper, position - plane) * at.per_squared_cosine;
+}
+
+// A - 1 of red, green and blue at a place: the mean over the channel's band, with BAND_NODES_NM and BAND_NODE_WEIGHTS
+// of src/energy/bands.rs. Tests of films on the GPU compare both.
+fn band_excess(at: GridPlace) -> vec3<f32> {
+    return vec3<f32>(0.0486, 0.1456, 0.9317) * excess(at, 460.0)
+        + vec3<f32>(0.2074, 0.7197, 0.0683) * excess(at, 540.0)
+        + vec3<f32>(0.7440, 0.1348, 0.0) * excess(at, 620.0);
 }

@@ -12,7 +12,7 @@ use super::stam_gems::StamGems;
 use super::table::ConservingTable;
 use super::{Method, MethodError, MethodKind, MethodOptions};
 use crate::colour_table::{ColourTable, ColourTableOptions};
-use crate::energy::{AlbedoTable, ColourAlbedoTable};
+use crate::energy::AlbedoTable;
 use crate::height_field::HeightField;
 use crate::scattering::Options;
 use crate::table::{Model, Progress, Tiling};
@@ -109,9 +109,10 @@ fn build_table(
         let albedo = conserve_energy.then(|| AlbedoTable::build_of_body(&spectral, body, None, &albedo_progress));
         return Ok(Box::new(FilmTable { body, table, albedo: albedo.flatten() }));
     }
-    let albedo = conserve_energy.then(|| ColourAlbedoTable::build(&spectral, surface, &albedo_progress));
+    let surface = Options { sizes: None, ..surface.clone() };
+    let albedo = conserve_energy.then(|| AlbedoTable::build(&spectral, &surface, &albedo_progress));
     Ok(match albedo.flatten() {
-        Some(albedo) => Box::new(ConservingTable { table, albedo }),
+        Some((albedo, _)) => Box::new(ConservingTable { table, albedo }),
         None => Box::new(table),
     })
 }

@@ -1,9 +1,7 @@
 //! The method `table` of a film, which reflects and transmits: the colour table of the relief, magnified n times
 //! in pattern and heights (n: refractive index), times the film's angular factor F (scattering/transparent.rs).
 //!
-//! The shader consists of table.wgsl, transparent.wgsl, albedo_grid.wgsl and film.wgsl. Where energy is conserved,
-//! albedos by wavelength are uploaded unchanged. A colour channel is divided by the mean albedo (at least 1) over
-//! wavelength by the channel's weights.
+//! The shader consists of table.wgsl, transparent.wgsl, albedo.wgsl and film.wgsl.
 
 use super::table::table_shader;
 use super::{AnswerKind, Method, MethodShader};
@@ -49,15 +47,11 @@ impl Method for FilmTable {
             uniform.body_eta = self.body.eta as f32;
             uniform.body_normal_min = self.body.normal_min as f32;
             if let Some(albedo) = &self.albedo {
-                let layout = albedo.layout();
-                uniform.albedo_cells = layout.cells;
-                uniform.albedo_planes = layout.planes;
-                uniform.albedo_min_nm = layout.wavelength_min_nm;
-                uniform.albedo_planes_per_nm = layout.planes_per_nm;
+                uniform.set_albedo(albedo);
             }
         })
         .and(wgsl!("transparent.wgsl"))
-        .and(wgsl!("albedo_grid.wgsl"))
+        .and(wgsl!("albedo.wgsl"))
         .and(wgsl!("film.wgsl"))
     }
 }

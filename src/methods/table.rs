@@ -3,11 +3,11 @@
 //! factor, obliquity and shadowing ([`Relief`]).
 //!
 //! A look-up reads 4 × 4 × 4 spline coefficients: on each of four rings, four directions at four knots of w. The shader
-//! is table.wgsl. Where energy is conserved, albedo.wgsl divides by the albedo.
+//! is table.wgsl. Where energy is conserved, conserving_table.wgsl divides by the albedo.
 
 use super::{AnswerKind, Method, MethodShader, Relief, sum};
 use crate::colour_table::{ColourTable, Ring};
-use crate::energy::ColourAlbedoTable;
+use crate::energy::AlbedoTable;
 use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::array;
@@ -29,8 +29,7 @@ pub(super) struct TableUniform {
     pub last_ring: u32,
     /// Cells along each side of the albedo's grid of directions; 0 where nothing is divided by an albedo.
     pub albedo_cells: u32,
-    /// Number of wavelengths at which a film's albedo is tabulated, one grid (plane) each; 0 for a reflecting surface,
-    /// whose albedo is stored for red, green and blue.
+    /// Number of wavelengths at which the albedo is tabulated, one grid (plane) each.
     pub albedo_planes: u32,
     /// Wavelength of the first plane in nm.
     pub albedo_min_nm: f32,
@@ -43,6 +42,17 @@ pub(super) struct TableUniform {
     pub _pad1: u32,
     /// Rings from the centre outwards, then zeros.
     pub rings: [TableRing; ColourTable::RINGS_MAX],
+}
+
+impl TableUniform {
+    /// Sets the members that describe the table of the albedo.
+    pub(super) fn set_albedo(&mut self, albedo: &AlbedoTable) {
+        let layout = albedo.layout();
+        self.albedo_cells = layout.cells;
+        self.albedo_planes = layout.planes;
+        self.albedo_min_nm = layout.wavelength_min_nm;
+        self.albedo_planes_per_nm = layout.planes_per_nm;
+    }
 }
 
 /// The struct `Ring` of table.wgsl: the members of [`Ring`], which documents them, padded to 32 bytes.
@@ -85,15 +95,15 @@ impl Relief for ColourTable {
 pub(super) struct ConservingTable {
     /// The relief's factor.
     pub table: ColourTable,
-    /// Albedos of red, green and blue over the direction.
-    pub albedo: ColourAlbedoTable,
+    /// Divisors of the reflectance.
+    pub albedo: AlbedoTable,
 }
 
 impl Method for ConservingTable {
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
         let relief = self.table.relief_rgb(sum(wi, wo));
-        // 1/max(1, A(wi), A(wo)) with the albedo A; `true`: the only lane is active.
-        let factor = self.albedo.view::<f32>().factor(wi, wo, true);
+        // The relief has the size of its table, and the only lane is active.
+        let factor = self.albedo.view::<f32>().band_factor(wi, wo, None, true);
         array::from_fn(|c| relief[c] * factor[c])
     }
 
@@ -106,16 +116,15 @@ impl Method for ConservingTable {
     }
 
     fn shader(&self) -> MethodShader<'_> {
-        let words = self.albedo.words();
-        table_shader(&self.table, Some(words), |uniform| uniform.albedo_cells = self.albedo.layout().cells)
-            .and(wgsl!("albedo_grid.wgsl"))
+        table_shader(&self.table, Some(self.albedo.words()), |uniform| uniform.set_albedo(&self.albedo))
             .and(wgsl!("albedo.wgsl"))
+            .and(wgsl!("conserving_table.wgsl"))
     }
 }
 
 /// The WGSL that reads the table, with the table's coefficients and, if given, the table data of `albedos`. `complete`
 /// sets the members of the uniform struct that do not belong to the colour table; they are zero before. Callers append
-/// the source that defines `answer_rgb`: relief.wgsl, albedo.wgsl or film.wgsl.
+/// the source that defines `answer_rgb`: relief.wgsl, conserving_table.wgsl or film.wgsl.
 pub(super) fn table_shader<'a>(
     table: &'a ColourTable,
     albedos: Option<&'a [u32]>,

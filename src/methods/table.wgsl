@@ -43,10 +43,9 @@ struct Table {
     exponent_offset: u32,
     // Index of the outermost ring.
     last_ring: u32,
-    // Cells along each side of the grid of directions in albedo_grid.wgsl; 0 where nothing is divided by an albedo.
+    // Cells along each side of the grid of directions in albedo.wgsl; 0 where nothing is divided by an albedo.
     albedo_cells: u32,
-    // Number of wavelengths at which the albedo of film.wgsl is tabulated, one grid (plane) each; 0 for the albedo of
-    // albedo.wgsl, stored for red, green and blue.
+    // Number of wavelengths at which the albedo is tabulated, one grid (plane) each.
     albedo_planes: u32,
     // Wavelength of the first plane in nm.
     albedo_min_nm: f32,

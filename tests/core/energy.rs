@@ -4,7 +4,7 @@ use super::common::{Random, built as build, direction, oracle, preset, relief, s
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use sunbeam::colour::WavelengthWeights;
-use sunbeam::energy::ColourAlbedoTable;
+use sunbeam::energy::AlbedoTable;
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::lobe::Surface;
 use sunbeam::scattering::{ComplexIndex, Obliquity, Options, Reading, SpectralIndex, Vec3};
@@ -275,7 +275,7 @@ fn bands_reflect_at_most_what_falls_on_them() {
     const SAMPLES: usize = 40_000;
     let plain = Options { conserve_energy: false, ..Options::default() };
     let surface = build(&preset(Preset::Blazed), &plain);
-    let table = ColourAlbedoTable::build(&surface.table().unpacked(), &plain, &Progress::none()).unwrap();
+    let (table, _) = AlbedoTable::build(&surface.table().unpacked(), &plain, &Progress::none()).unwrap();
     let view = table.view::<f64>();
     let mut random = Random::new(21);
     let mut divided = 0;
@@ -287,7 +287,7 @@ fn bands_reflect_at_most_what_falls_on_them() {
             let nm = random.wavelength_nm();
             let Some(sample) = surface.sample(wi, &[nm], random.three()) else { continue };
             let weights = WavelengthWeights::per_nm()[(nm - 360.0) as usize];
-            let factor = view.factor(wi, sample.wo, true);
+            let factor = view.band_factor(wi, sample.wo, None, true);
             for band in 0..3 {
                 let part = sample.weight * f64::from(weights[band]) * (830.0 - 360.0) / SAMPLES as f64;
                 before[band] += part;
@@ -304,8 +304,8 @@ fn bands_reflect_at_most_what_falls_on_them() {
     // Negative control: there is energy to take away.
     assert!(divided > 5, "{divided}");
     let flat = build(&preset(Preset::Flat), &plain);
-    let flat = ColourAlbedoTable::build(&flat.table().unpacked(), &plain, &Progress::none()).unwrap();
-    assert_eq!(flat.view::<f64>().factor([0.0, 0.6, 0.8], [0.0, -0.6, 0.8], true), [1.0; 3]);
+    let (flat, _) = AlbedoTable::build(&flat.table().unpacked(), &plain, &Progress::none()).unwrap();
+    assert_eq!(flat.view::<f64>().band_factor([0.0, 0.6, 0.8], [0.0, -0.6, 0.8], None, true), [1.0; 3]);
 }
 
 #[test]

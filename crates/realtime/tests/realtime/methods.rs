@@ -166,14 +166,14 @@ fn wgsl_of_the_conserving_table_agrees_with_rust() {
         compare_twins(&gpu, &format!("table of {name}, energy conserved,"), &*method, 2000);
         // The path tracer's albedo is built from the same lobes.
         let kept = cache().shared_colours(&field, &Options::default(), None, &Progress::none()).unwrap();
-        let view = kept.0.albedo().unwrap().view::<f32>();
+        let view = kept.0.albedo_table().unwrap().view::<f32>();
         let plain =
             build(MethodKind::Table, &field, &Options { conserve_energy: false, ..Options::default() }, &options);
         let plain = plain.unwrap();
         let mut divided = 0;
         for Query { wi, wo, .. } in pairs(500) {
             let (found, relief) = (method.answer_rgb(wi, wo), plain.answer_rgb(wi, wo));
-            let factor = view.factor(wi, wo, true);
+            let factor = view.band_factor(wi, wo, None, true);
             assert_eq!(found, std::array::from_fn(|c| relief[c] * factor[c]));
             divided += usize::from(factor[1] < 0.9);
         }

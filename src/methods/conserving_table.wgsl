@@ -1,0 +1,8 @@
+// Reflectance of the colour table divided by max(A(wi), A(wo)), so that the surface reflects no more energy than it
+// receives; compiled after albedo.wgsl. Counterpart of `ConservingTable` in table.rs, with the same arithmetic.
+
+// The relief's factor of the reflectance, divided, linear sRGB in 1/sr. wi points to the light and wo to the viewer.
+// Like `relief_rgb`, it is zero unless `answer_part` is 0 (common.wgsl).
+fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    return relief_rgb(wi + wo) / (1.0 + max(band_excess(place(wi)), band_excess(place(wo))));
+}
