@@ -1,7 +1,7 @@
 //! Accurate quadrature of a Gaussian of the power spectrum over the hemisphere.
 //!
-//! A Gaussian far from the horizon, and narrow enough for the relief's phase, takes a Gauss–Hermite rule. Otherwise
-//! panels of Gauss–Legendre rules cover its part within the hemisphere (`quadrature.rs`).
+//! A Gaussian far from the horizon takes a Gauss–Hermite rule, if the relief's phase changes by less than 1 rad over its
+//! standard deviation. Otherwise panels of Gauss–Legendre rules cover its part above the horizon (`quadrature.rs`).
 
 use super::portion::{Incidence, Portion};
 use super::quadrature::hemisphere;
@@ -12,32 +12,33 @@ use crate::table::SpectralTable;
 /// Abscissae and weights of the three-point Gauss–Hermite rule for a standard normal variate.
 const HERMITE_3: [(f64, f64); 3] =
     [(0.0, 2.0 / 3.0), (-1.732_050_807_568_877_2, 1.0 / 6.0), (1.732_050_807_568_877_2, 1.0 / 6.0)];
-/// Standard deviation in direction cosines below which one quadrature node stands for a Gaussian far from the horizon.
-/// Chosen for the error of 0.2 % that the tests of the accurate integral allow.
+/// Standard deviation in direction cosines below which one quadrature node may stand for a Gaussian
+/// ([`FAR_FOR_ONE_NODE`]). Chosen for the error of 0.2 % that the tests of the accurate integral allow.
 const SHARP_SIGMA: f64 = 0.01;
-/// Smallest `cos²θo/σ`, with θo of the centre, at which one quadrature node stands for a Gaussian. The mean of
+/// Smallest ratio of the centre's cos²θo to σ at which one quadrature node stands for a sharp Gaussian. The mean of
 /// `1/cosθo` then has an error of 0.1 %.
-const ONE_NODE_SIGMAS: f64 = 40.0;
-/// Smallest `cos²θo/σ`, with θo of the centre, at which three quadrature nodes per axis stand for a Gaussian. They give
+const FAR_FOR_ONE_NODE: f64 = 40.0;
+/// Smallest ratio of the centre's cos²θo to σ at which three quadrature nodes per axis stand for a Gaussian. They give
 /// the mean of `1/cosθo` to 1e-5.
-const THREE_NODES_SIGMAS: f64 = 16.0;
-/// Largest change of the relief's phase over a panel of 16 quadrature nodes, in radians: about five periods. Chosen:
-/// wider panels sample fringes too coarsely; narrower ones take longer.
+const FAR_FOR_THREE_NODES: f64 = 16.0;
+/// Largest change of the relief's phase over a panel of the Gauss–Legendre rule, in radians: about five periods for 16
+/// quadrature nodes. Chosen: wider panels sample fringes too coarsely; narrower ones take longer.
 const PANEL_PHASE_MAX: f64 = 30.0;
-/// Largest width of a panel of 16 quadrature nodes, in standard deviations. Chosen: wider panels are less accurate;
-/// narrower ones take longer.
+/// Largest width of a panel of the Gauss–Legendre rule, in standard deviations. A Gaussian is at most
+/// 2·[`GAUSSIAN_REACH`] wide, so this only limits a Gaussian next to the horizon, whose angles are wider than its
+/// direction cosines.
 const PANEL_SIGMAS: f64 = 18.0;
 
-/// Calls `visit` with each quadrature node of the Gaussian above the horizon, up to the frequencies that the pixels
-/// resolve: its direction and its fraction of the Gaussian.
+/// Calls `visit` with the direction of each quadrature node and its fraction of the Gaussian. Nodes lie above the
+/// horizon, and at frequencies that the pixels resolve. The portion must not be a square.
 pub(super) fn integrate(
     table: &SpectralTable,
     gaussian: &Portion,
-    &Incidence { wi, wavelength_um, phase }: &Incidence,
+    &Incidence { wi, wavelength_um, phase_per_cosine }: &Incidence,
     mut visit: impl FnMut(Vec3, f64),
 ) {
     let axes = [&table.lattice().x, &table.lattice().y];
-    // Outgoing direction cosines up to the cutoff, |wi + wo|/λ ≤ cutoff/period along each axis.
+    // Interval of the outgoing direction cosines along each axis at which |wi + wo|/λ ≤ cutoff/period.
     let resolved = [0, 1].map(|c| {
         let reach = wavelength_um * axes[c].cutoff / axes[c].period_um;
         [-reach - wi[c], reach - wi[c]]
@@ -51,15 +52,17 @@ pub(super) fn integrate(
     }
     let rho = rho_squared.sqrt();
     let ends = [0, 1].map(|axis| [-GAUSSIAN_REACH, GAUSSIAN_REACH].map(|t| centre[axis] + t * sigma[axis]));
+    // Whether the pixels resolve all of the Gaussian.
     let is_whole = [0, 1].iter().all(|&axis| resolved[axis][0] <= ends[axis][0] && ends[axis][1] <= resolved[axis][1]);
-    // Whether Gauss–Hermite rules follow `1/cosθo` and the relief's phase. The pole of the former then lies 1 σ beyond
-    // the Gaussian's ends, and the phase changes by phase·σ·ρ/cosθo < 1 rad over σ. Both bounds are chosen.
-    let is_clear =
-        1.0 - rho > (GAUSSIAN_REACH + 1.0) * widest && phase * widest * rho < (1.0 - rho_squared).max(0.0).sqrt();
-    // Whether cos²θo/σ exceeds a bound; cos²θo = 1 − ρ².
-    let is_far = |sigmas: f64| 1.0 - rho_squared > sigmas * widest;
-    if is_whole && is_clear && is_far(THREE_NODES_SIGMAS) {
-        let is_sharp = widest < SHARP_SIGMA && is_far(ONE_NODE_SIGMAS);
+    // Whether Gauss–Hermite rules are accurate for `1/cosθo` and the relief's phase. The pole of the former then lies at
+    // least 1 σ beyond the Gaussian's ends, and the phase changes by phase_per_cosine·σ·ρ/cosθo < 1 rad over σ. Both bounds
+    // are chosen.
+    let is_clear = 1.0 - rho > (GAUSSIAN_REACH + 1.0) * widest
+        && phase_per_cosine * widest * rho < (1.0 - rho_squared).max(0.0).sqrt();
+    // Whether cos²θo/σ exceeds a ratio; cos²θo = 1 − ρ².
+    let is_far = |ratio: f64| 1.0 - rho_squared > ratio * widest;
+    if is_whole && is_clear && is_far(FAR_FOR_THREE_NODES) {
+        let is_sharp = widest < SHARP_SIGMA && is_far(FAR_FOR_ONE_NODE);
         let rule: &[(f64, f64)] = if is_sharp { &[(0.0, 1.0)] } else { &HERMITE_3 };
         for (tx, weight_x) in rule {
             for (ty, weight_y) in rule {
@@ -71,9 +74,10 @@ pub(super) fn integrate(
         return;
     }
     let bounds = [0, 1].map(|axis| [ends[axis][0].max(resolved[axis][0]), ends[axis][1].min(resolved[axis][1])]);
-    // Widths in radians of the angles of `hemisphere`, in which a Gaussian is no narrower than in direction cosines.
-    let panels = sigma.map(|sigma| (PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / phase));
-    // Per area of direction cosines. The table's kernel is a Gaussian, or resembles one.
+    // Largest widths of panels in radians. A direction cosine changes by at most the angle, so a Gaussian is no narrower
+    // in angles.
+    let panels = sigma.map(|sigma| (PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / phase_per_cosine));
+    // Density of the kernel at its centre, per area of direction cosines. The kernel is a Gaussian or resembles one.
     let norm = table.norm() / (wavelength_um * wavelength_um);
     hemisphere(bounds, panels, wi[2], |wo, area| {
         let [x, y] = [0, 1].map(|c| axes[c].kernel.weight((wo[c] - centre[c]) / wavelength_um * axes[c].period_um));

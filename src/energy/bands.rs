@@ -104,8 +104,9 @@ mod tests {
     #[test]
     fn albedos_of_bands_follow_those_by_wavelength() {
         // Largest root mean square of the difference in red, green and blue. The band's divisor is one number for all
-        // wavelengths, and red has negative weights. Measured: 0.017, 0.004, 0.004.
-        const RMS: [f64; BANDS] = [0.02, 0.006, 0.006];
+        // wavelengths, computed from three of them, and red has negative weights. Measured: 0.022, 0.019, 0.011. The
+        // means over all wavelengths would give 0.017, 0.004, 0.004.
+        const RMS: [f64; BANDS] = [0.025, 0.022, 0.013];
         // Difference without a division, far above the tolerance.
         const UNDIVIDED: f64 = 0.1;
         const QUERIES: usize = 200;

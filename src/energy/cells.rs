@@ -1,25 +1,27 @@
-//! Quadrature of the fast albedo integral (`integral.rs`): cells of a portion of the power, and steps of cosθo.
+//! Quadrature of the fast albedo integral (`integral.rs`): each portion of the power is divided into cells, and each
+//! cell into steps of cosθo.
 //!
 //! A portion lies around the outgoing direction cosines `λf − wi`, at the distance ρ from the origin. The horizon is the
 //! unit circle, ρ = 1, where the reflectance has the pole `1/cosθo`.
 //!
 //! A Gaussian is divided into cells, rectangles of uniform density; a square is one cell. A cell is divided into steps
-//! of cosθo along the radius. Each step has one quadrature node, at its middle cosine. This integrates `1/cosθo` over a
-//! step exactly up to the second order of its width, also at the horizon.
+//! of cosθo along the radius. Each step has one quadrature node, at its middle cosine. Since `dρ/cosθo = −d(cosθo)/ρ`,
+//! this integrates `1/cosθo` over a step exactly up to the second order of its width, also at the horizon.
 
 use super::portion::{Incidence, Portion, REACH, probability};
 use super::ridge::{Ridge, length};
 use crate::scattering::Vec3;
 
-/// Cells of a Gaussian at the horizon, per `σ/cos²θo` along the radius: 1/cosθo changes by half of itself over
-/// `cos²θo`. Chosen: 16 lower the error on gratings by a third, but take twice as long.
-const CELLS_AT_HORIZON: f64 = 8.0;
-/// Cells of a Gaussian per σ in direction cosines, anywhere. Chosen: with one cell an albedo of 1.0016 remains on a flat
-/// relief with a coherence length of 10 µm.
+/// Cells of a Gaussian per `σ/cos²θo` along the radius, which is the relative change of 1/cosθo over σ. Chosen: with 16
+/// the error on gratings is a third lower, and the build takes twice as long.
+const CELLS_PER_POLE: f64 = 8.0;
+/// Cells of a Gaussian per unit of σ, which is in direction cosines. Chosen: with one cell far from the horizon, an
+/// albedo of 1.0016 remains on a flat relief with a coherence length of 10 µm.
 const CELLS_PER_SIGMA: f64 = 70.0;
 /// Cells of a Gaussian per radian of the relief's phase over σ. Chosen: more take longer.
 const CELLS_PER_PHASE: f64 = 1.0;
-/// Largest number of cells of a Gaussian along an axis. Chosen above the number that the horizon needs.
+/// Largest number of cells of a Gaussian along an axis. Chosen above the sum of the numbers that a narrow Gaussian at the
+/// horizon needs.
 const CELLS_MAX: usize = 16;
 /// Steps of cosθo in a cell per radian of the relief's phase. Chosen: more take longer.
 const STEPS_PER_PHASE: f64 = 0.25;
@@ -36,12 +38,12 @@ pub(super) struct Cell {
     pub middle: f64,
     /// Half of the interval's width.
     pub half: f64,
-    /// Probability of the interval.
+    /// Fraction of the Gaussian's power in the cell.
     pub fraction: f64,
 }
 
-/// Division of a standard normal variate into `count` cells of equal width, at least one, each of uniform density. They
-/// are scaled so that the variance of all together is 1.
+/// Division of a standard normal variate into `count` ≥ 1 cells of equal width and uniform density. They are scaled so
+/// that the variance of all together is 1. A single cell is the interval of a square.
 pub(super) fn divided(count: usize) -> Vec<Cell> {
     let half = REACH / count as f64;
     let middle = |i: usize| (2 * i + 1) as f64 * half - REACH;
@@ -69,11 +71,11 @@ impl Divisions {
     }
 
     /// Calls `visit` with the directions of a portion's quadrature nodes above the horizon, and their fractions of the
-    /// portion. With a `ridge`, a portion near the horizon is moved onto it.
+    /// portion. With a `ridge`, a portion whose ridge crosses the box is moved onto the ridge.
     pub(super) fn integrate(
         &self,
         portion: &Portion,
-        &Incidence { wi, wavelength_um, phase }: &Incidence,
+        &Incidence { wi, wavelength_um, phase_per_cosine }: &Incidence,
         ridge: Option<Ridge>,
         mut visit: impl FnMut(Vec3, f64),
     ) {
@@ -90,9 +92,10 @@ impl Divisions {
         }
         let rho = rho_squared.sqrt().max(f64::MIN_POSITIVE);
         let radial = centre.map(|c| (c / rho).abs());
-        // At the horizon a Gaussian has the mean cos²θo of its part above it, about σ.
+        // Bounded from below by about the mean of cos²θo over half of a Gaussian, that above the horizon it lies on.
         let cos_squared = (1.0 - rho_squared).max(length([radial[0] * sigma[0], radial[1] * sigma[1]]));
-        let per_sigma = CELLS_AT_HORIZON / cos_squared + CELLS_PER_PHASE * phase * rho / cos_squared.sqrt();
+        // Cells per σ along the radius.
+        let per_sigma = CELLS_PER_POLE / cos_squared + CELLS_PER_PHASE * phase_per_cosine * rho / cos_squared.sqrt();
         let [x, y] = [0, 1].map(|axis| {
             let count =
                 ((CELLS_PER_SIGMA + per_sigma * radial[axis]) * sigma[axis]).round().clamp(1.0, CELLS_MAX as f64);
@@ -102,7 +105,9 @@ impl Divisions {
         for (x, y) in x.iter().flat_map(|x| y.iter().map(move |y| (x, y))) {
             let middle = [centre[0] + x.middle * sigma[0], centre[1] + y.middle * sigma[1]];
             let half = [x.half * sigma[0], y.half * sigma[1]];
-            visit_steps(middle, half, wi[2], phase, |wo, fraction| visit(wo, x.fraction * y.fraction * fraction));
+            visit_steps(middle, half, wi[2], phase_per_cosine, |wo, fraction| {
+                visit(wo, x.fraction * y.fraction * fraction);
+            });
         }
     }
 }
@@ -110,9 +115,10 @@ impl Divisions {
 /// Calls `visit` with the quadrature nodes of a cell: one direction for each step of cosθo, and the step's fraction of
 /// the cell. Nothing is visited below the horizon.
 ///
-/// `middle` and `half` are the cell's centre and half-sides in direction cosines. The cell counts as uniform along the
-/// radius, with its own variance there. `cos_i` is cosθi; `phase` is [`Incidence::phase`].
-fn visit_steps(middle: [f64; 2], half: [f64; 2], cos_i: f64, phase: f64, mut visit: impl FnMut(Vec3, f64)) {
+/// `middle` and `half` are the cell's centre and half-sides in direction cosines. Along the radius the cell is replaced
+/// by a uniform interval of its variance there; its extent across is ignored. A cell around the normal has its node at
+/// its rim, which changes cosθo by at most half²/2. `cos_i` is cosθi; `phase_per_cosine` is that of [`Incidence`].
+fn visit_steps(middle: [f64; 2], half: [f64; 2], cos_i: f64, phase_per_cosine: f64, mut visit: impl FnMut(Vec3, f64)) {
     let rho = length(middle).max(f64::MIN_POSITIVE);
     let radial = middle.map(|c| c / rho);
     // Positive, so that the fractions below are finite at the normal, too.
@@ -122,17 +128,17 @@ fn visit_steps(middle: [f64; 2], half: [f64; 2], cos_i: f64, phase: f64, mut vis
     if inner >= 1.0 {
         return;
     }
-    // The cosine at a radius, and the radius at a cosine.
-    let other = |value: f64| (1.0 - value * value).max(0.0).sqrt();
-    let [first, last] = [other(outer), other(inner)];
-    let per_cosine = STEPS_PER_PHASE * phase + STEPS_PER_COSINE / (cos_i + 0.5 * (first + last));
+    // The cosine at a radius, or the radius at a cosine.
+    let complement = |value: f64| (1.0 - value * value).max(0.0).sqrt();
+    let [first, last] = [complement(outer), complement(inner)];
+    let per_cosine = STEPS_PER_PHASE * phase_per_cosine + STEPS_PER_COSINE / (cos_i + 0.5 * (first + last));
     let steps = ((last - first).abs() * per_cosine).round().clamp(1.0, STEPS_MAX);
     let cosine = |step: f64| first + (last - first) * step / steps;
     let mut from = outer;
     for step in 1..=steps as usize {
-        let to = if step == steps as usize { inner } else { other(cosine(step as f64)) };
+        let to = if step == steps as usize { inner } else { complement(cosine(step as f64)) };
         let cos = cosine(step as f64 - 0.5);
-        let sin = other(cos);
+        let sin = complement(cos);
         visit([radial[0] * sin, radial[1] * sin, cos], 0.5 * (from - to) / half);
         from = to;
     }

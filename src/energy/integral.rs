@@ -114,8 +114,8 @@ impl<'a> AlbedoIntegral<'a> {
     /// Quadrature nodes of an incidence at a wavelength, in no particular order.
     fn quadrature_nodes(&self, wi: Vec3, wavelength_um: f64, ridge: Option<Ridge>) -> Vec<QuadratureNode<'_>> {
         let depth_wavelength_um = self.depth_wavelength_nm.map_or(wavelength_um, |nm| 1e-3 * nm);
-        let phase = phase_per_cosine(self.table, depth_wavelength_um);
-        let incidence = Incidence { wi, wavelength_um, phase };
+        let phase_per_cosine = phase_per_cosine(self.table, depth_wavelength_um);
+        let incidence = Incidence { wi, wavelength_um, phase_per_cosine };
         let mut nodes = Vec::new();
         for portion in &self.portions {
             let visit = |wo, fraction| nodes.push(QuadratureNode { wo, fraction, record: &portion.record });
