@@ -1,7 +1,7 @@
-"""Colour differences between pictures of RGB and of spectral variants, and conversion to CIELAB.
+"""Colour differences between pictures by an RGB and by a spectral variant of Mitsuba, and conversion to CIELAB.
 
-Pictures are linear sRGB. A *converged* picture is an array of two independent halves, (2, rows, columns, 3), whose
-difference gives the noise. Comparisons also take a selection of its pixels, (2, pixels, 3).
+Pictures are linear sRGB. A picture is given as two *halves* of its samples, an array (2, rows, columns, 3), whose
+difference gives the noise. `difference` also accepts a selection of pixels, (2, pixels, 3).
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from .time_to_error import render
 RGB = "llvm_ad_rgb"
 # The compared spectral variant.
 SPECTRAL = "llvm_ad_spectral"
-# Media by name, as parameters of the plugin.
-OPTICS = {"keratin": SKIN, "gold": {"material": "Au"}}
-# Width and height of the pictures in pixels.
+# Materials by name, as parameters of the plugin `diffraction`.
+MATERIALS = {"keratin": SKIN, "gold": {"material": "Au"}}
+# Width and height of the pictures in pixels. Chosen small, so that each pixel has little noise in the time.
 SIZE = (24, 16)
-# Default seconds of each of the two pictures, without building tables and compiling. More seconds lower the noise.
+# Default rendering time of each picture in seconds, without building tables and compiling. A longer time lowers the
+# noise.
 BUDGET_S = 4.0
-# Smallest number of averaged renders; even, for two halves.
+# Smallest and largest number of averaged renders. Both are even, for two halves.
 RENDERS_MIN = 2
-# Largest number of averaged renders.
 RENDERS_MAX = 256
-# Mean luminance of the spectral picture at the exposure of the comparison, relative to white: middle grey.
+# Mean luminance, relative to white, to which the spectral picture is exposed: middle grey.
 GREY = 0.18
 
 # Matrix from linear sRGB to XYZ, from the chromaticities of the primaries and of D65 in IEC 61966-2-1.
@@ -45,36 +45,36 @@ WHITE = XYZ_OF_SRGB.sum(axis=1)
 
 
 def figures(budget_s: float = BUDGET_S) -> list[dict]:
-    """A row for each scene with the scan in each medium: `scene`, `material`, and the numbers of `difference`."""
+    """One row for each scene and material of the scanned surface: `scene`, `material`, and the numbers of `difference`."""
     surface, _ = scanned_surface()
     rows = []
     for scene in scenes():
-        for name, optics in OPTICS.items():
-            with_medium = scene.with_materials({"scan": surface}, optics)
+        for name, material in MATERIALS.items():
+            scene_of_row = scene.with_materials({"scan": surface}, material)
 
             # The default binds the scene of this pass of the loop.
-            def make_scene(changed: BenchmarkScene = with_medium) -> mi.Scene:
-                return changed.load(mi.load_dict(changed.diffraction(surface)), SIZE)
+            def make_scene(scene: BenchmarkScene = scene_of_row) -> mi.Scene:
+                return scene.load(mi.load_dict(scene.diffraction(surface)), SIZE)
 
             rows.append({"scene": scene.name, "material": name, **colour_difference(make_scene, budget_s)})
     return rows
 
 
 def colour_difference(make_scene: Callable[[], mi.Scene], budget_s: float = BUDGET_S) -> dict:
-    """The numbers of `difference` for converged pictures of a scene in both variants.
+    """The numbers of `difference` for pictures of a scene in both variants.
 
-    `make_scene` makes the scene in the selected variant, and `budget_s` is the time of each picture in seconds.
+    `make_scene` makes the scene in the active variant, and `budget_s` is the time of each picture in seconds.
     """
-    halves = {}
+    pictures = {}
     for variant in (RGB, SPECTRAL):
         use_variant(variant, fall_back=False)
-        halves[variant] = converged(make_scene(), budget_s)
-    return difference(halves[RGB], halves[SPECTRAL])
+        pictures[variant] = halves(make_scene(), budget_s)
+    return difference(pictures[RGB], pictures[SPECTRAL])
 
 
-def converged(scene: mi.Scene, budget_s: float) -> np.ndarray:
-    """The means of the even and of the odd renders within about `budget_s` seconds, (2, rows, columns, 3)."""
-    # The first render compiles kernels.
+def halves(scene: mi.Scene, budget_s: float) -> np.ndarray:
+    """The means of the even and of the odd of all renders within `budget_s` seconds, (2, rows, columns, 3)."""
+    # The first render compiles kernels, and is not counted.
     render(scene, seed=1)
     sums, count, start = [0, 0], 0, time.perf_counter()
     while count < RENDERS_MIN or (count < RENDERS_MAX and time.perf_counter() - start < budget_s):
@@ -85,21 +85,23 @@ def converged(scene: mi.Scene, budget_s: float) -> np.ndarray:
 
 
 def difference(rgb: np.ndarray, spectral: np.ndarray) -> dict:
-    """Differences of two converged pictures. ΔE76 is the distance of two colours in CIELAB.
+    """Differences of two pictures. ΔE76 is the distance of two colours in CIELAB.
 
-    - `delta_e_mean`, `delta_e_p95`: mean and 95th percentile of ΔE76 over pixels, after one exposure for both pictures.
+    Both pictures are multiplied by one exposure before. Colours brighter than white are not clipped.
+
+    - `delta_e_mean`, `delta_e_p95`: mean and 95th percentile of ΔE76 over pixels, with the noise.
     - `noise_delta_e_mean`, `noise_delta_e_p95`: estimates of the ΔE76 that noise alone would cause. Half the difference
-      of a picture's halves has the rms of the noise of their mean; both pictures' noise adds in squares.
-    - `delta_e_rms`: the rms difference without noise. It is the root of the mean product of two differences with
-      independent noise, those of the first halves and of the second halves.
+      of a picture's halves has the rms of the noise of their mean. The squares of both pictures' noise are added.
+    - `delta_e_rms`: an estimate of the rms difference without noise. It is the root of the mean product of two
+      differences with independent noise, those of the first halves and of the second halves; 0 if that is negative.
     - `energy_ratio`: the ratio, RGB over spectral, of sums over pixels and channels.
     - `channel_ratios`: the ratios, RGB over spectral, of sums over pixels for each channel.
     """
     exposure = GREY / (spectral.mean(axis=0) @ LUMINANCE).mean()
     rgb, spectral = rgb * exposure, spectral * exposure
     found = delta_e76(rgb.mean(axis=0), spectral.mean(axis=0))
-    noise = np.sqrt(sum((delta_e76(*halves) / 2) ** 2 for halves in (rgb, spectral)))
-    # Differences of the first and of the second halves of the samples.
+    noise = np.sqrt(sum((delta_e76(*picture) / 2) ** 2 for picture in (rgb, spectral)))
+    # Differences of the first and of the second halves.
     first, second = lab(rgb) - lab(spectral)
     channels = rgb.reshape(-1, 3).sum(axis=0) / spectral.reshape(-1, 3).sum(axis=0)
     return {
@@ -124,7 +126,7 @@ def lab(linear: np.ndarray) -> np.ndarray:
 
 
 def lab_of_xyz(xyz: np.ndarray) -> np.ndarray:
-    """CIE 1976 L*a*b* of XYZ (..., 3) under D65, by CIE 15:2004, 8.2.1. Negative XYZ counts as zero."""
+    """CIE 1976 L*a*b* of XYZ (..., 3) under D65, by CIE 15:2004, 8.2.1, but negative XYZ counts as zero."""
     relative = np.maximum(xyz / WHITE, 0)
     # Below this value the cube root is replaced by its tangent, as in the standard.
     low = (6 / 29) ** 3

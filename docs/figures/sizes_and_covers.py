@@ -21,10 +21,10 @@ from mitsuba_scenes.skin import preset_skin
 
 from .benchmark_scenes import ALUMINIUM, BenchmarkScene, scenes, sphere_parts
 from .bsdf_calls import FEWEST, RELIEFS, VARIANTS, Inputs, answer
-from .rgb_against_spectral import OPTICS, RGB, SPECTRAL, converged, difference
+from .rgb_against_spectral import MATERIALS, RGB, SPECTRAL, difference, halves
 
 # Media by name, as parameters of the plugin.
-MEDIA = {**OPTICS, "aluminium": ALUMINIUM}
+MEDIA = {**MATERIALS, "aluminium": ALUMINIUM}
 # Refractive index of the cover, that of lacquer.
 COVER_ETA = 1.5
 # Lower limit of the texture of `scale`; the upper is 1. Texels have the values at their centres, so the extreme ones
@@ -120,18 +120,18 @@ def near_ball(bsdf: mi.BSDF, view: View, spp: int) -> dict:
 
 
 def of_ball(scene: BenchmarkScene, relief: str, kind: str, budget_s: float) -> dict:
-    """The numbers of `difference` over the ball's pixels for one kind of surface; `budget_s` is as in `converged`."""
-    halves = {}
+    """The numbers of `difference` over the ball's pixels for one kind of surface; `budget_s` is as in `halves`."""
+    pictures = {}
     for variant in (RGB, SPECTRAL):
         use_variant(variant, fall_back=False)
         bsdf = mi.load_dict({**scene.diffraction(scene.surfaces[relief]), **kinds(mirror=False)[kind]})
         loaded = scene.load(bsdf, SIZE, SPP)
         # Means of two independent halves of the renders, (2, rows, columns, 3); of these, the ball's pixels.
-        halves[variant] = converged(loaded, budget_s)[:, sees_ball(loaded)]
+        pictures[variant] = halves(loaded, budget_s)[:, sees_ball(loaded)]
         # Dr.Jit compiles every living BSDF into the kernels of the next picture.
         del bsdf, loaded
         gc.collect()
-    return difference(halves[RGB], halves[SPECTRAL])
+    return difference(pictures[RGB], pictures[SPECTRAL])
 
 
 def sees_ball(scene: mi.Scene) -> np.ndarray:

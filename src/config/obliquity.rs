@@ -1,11 +1,11 @@
-//! The parameter `obliquity`. It selects the factor O of the reflectance, which depends on the two directions only
-//! (docs/model.md#the-reflectance), or the small-slope factor Q, which replaces O and the Fresnel reflectance
-//! (docs/model.md#the-small-slope-factor).
+//! The parameter `obliquity`. It selects a factor of the reflectance: O, a function of the directions of light and viewer
+//! alone (docs/model.md#the-reflectance), or the small-slope factor Q, which takes the place of O and of the Fresnel
+//! reflectance (docs/model.md#the-small-slope-factor).
 
 use crate::scattering::{Obliquity, SpectralIndex};
 use serde::{Deserialize, Serialize};
 
-/// The choice of the obliquity factor: an [`Obliquity`], or `auto`, which selects one by the refractive index.
+/// The choice of the obliquity factor: an [`Obliquity`], or `auto`, which selects one from the refractive index.
 ///
 /// ```
 /// use sunbeam::config::ObliquityChoice;
@@ -19,12 +19,12 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "snake_case")]
 pub enum ObliquityChoice {
     /// `small_slope` for a dielectric ([`SpectralIndex::is_dielectric`]: `k` is at most a tenth of `eta` at every
-    /// wavelength given), `stam` for a conductor and for a surface that reflects everything.
+    /// tabulated wavelength), `stam` for other indices and for a perfect conductor, which has none.
     #[default]
     Auto,
     /// [`Obliquity::Stam`], Stam's factor O.
     Stam,
-    /// [`Obliquity::SmallSlope`], the factor Q.
+    /// [`Obliquity::SmallSlope`], the factor Q in place of O and of the Fresnel reflectance.
     SmallSlope,
     /// [`Obliquity::Unit`], O = 1.
     Unit,
@@ -34,7 +34,7 @@ impl ObliquityChoice {
     /// All choices, the default first.
     pub const ALL: [Self; 4] = [Self::Auto, Self::Stam, Self::SmallSlope, Self::Unit];
 
-    /// The name in the users' interfaces.
+    /// The name in settings and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -44,7 +44,8 @@ impl ObliquityChoice {
         }
     }
 
-    /// The factor for a refractive index; `index` is `None` for a surface that reflects everything.
+    /// The factor that `auto` selects for a refractive index, `None` for a perfect conductor. The other choices ignore
+    /// the index.
     pub fn resolved(self, index: Option<&SpectralIndex>) -> Obliquity {
         match self {
             Self::Auto if index.is_some_and(SpectralIndex::is_dielectric) => Obliquity::SmallSlope,
@@ -72,18 +73,19 @@ mod tests {
     use crate::scattering::ComplexIndex;
 
     #[test]
-    fn obliquity_follows_the_index_unless_it_is_given() {
+    fn auto_follows_the_index_and_other_choices_do_not() {
         let constant = |eta, k| Some(SpectralIndex::Constant(ComplexIndex { eta, k }));
-        // At short wavelengths silicon absorbs too much for a dielectric: k/eta is 0.13 at 450 nm.
-        let silicon = [(400.0, 5.57, 0.39), (450.0, 4.7, 0.6), (700.0, 3.8, 0.01)];
-        let silicon = silicon.map(|(nm, eta, k)| (nm, ComplexIndex { eta, k })).to_vec();
+        // Wavelength in nm, eta and k of an invented material: k/eta exceeds a tenth at 450 nm alone.
+        let absorbing = [(400.0, 5.57, 0.39), (450.0, 4.7, 0.6), (700.0, 3.8, 0.01)];
+        let absorbing = absorbing.map(|(nm, eta, k)| (nm, ComplexIndex { eta, k })).to_vec();
         for (index, expected) in [
             (None, Obliquity::Stam),
             (constant(1.56, 0.0), Obliquity::SmallSlope),
+            // A tenth of eta is 0.156.
             (constant(1.56, 0.15), Obliquity::SmallSlope),
             (constant(1.56, 0.16), Obliquity::Stam),
             (constant(1.0, 6.9), Obliquity::Stam),
-            (Some(SpectralIndex::sampled(silicon).unwrap()), Obliquity::Stam),
+            (Some(SpectralIndex::sampled(absorbing).unwrap()), Obliquity::Stam),
         ] {
             assert_eq!(ObliquityChoice::Auto.resolved(index.as_ref()), expected, "{index:?}");
             assert_eq!(ObliquityChoice::Unit.resolved(index.as_ref()), Obliquity::Unit);
@@ -94,7 +96,7 @@ mod tests {
         let skin = SurfaceConfig::from_json(r#"{"eta": 1.56}"#).unwrap().options();
         assert_eq!((skin.obliquity, skin.index), (Obliquity::SmallSlope, constant(1.56, 0.0)));
         let metal = SurfaceConfig::from_json(r#"{"eta": 1.0, "k": 6.9}"#).unwrap().options();
-        // Only the small-slope factor Q needs an index in the options.
+        // Options have an index for the factor Q alone. With O, the Fresnel reflectance is applied to the lobe's value.
         assert_eq!((metal.obliquity, metal.index), (Obliquity::Stam, None));
     }
 }

@@ -1,9 +1,12 @@
-//! Look-up in the table of efficiencies: trilinear interpolation in the wavelength and in a wave's position (p, q)
-//! within its cell (symbols: `mod.rs`; cells and layout: `layout.rs`; orders on either side: `channels.rs`). The WGSL
-//! twin is in `src/methods/grating.wgsl`. A *cell* is a region of incident waves at which the same orders propagate; a
-//! *channel* is an order on one side of the relief.
+//! Look-up in the table of efficiencies: trilinear interpolation in the wavelength and in a wave's position within its
+//! cell. The WGSL twin is in `src/methods/grating.wgsl`.
 //!
-//! The mask `active` selects the lanes of vectors for which table data are read.
+//! - A *cell* is a region of incident waves in which the same orders propagate (`layout.rs`). (p, q) is the position in it,
+//!   0 to 1 each (`cell_position.rs`).
+//! - A *channel* is an order on one side of the relief (`channels.rs`).
+//! - Other symbols are those of `mod.rs`.
+//!
+//! Data are read only in the lanes in which the mask `active` is true.
 
 use super::cell_position::{CellPosition, groove_t};
 use super::channels::{BoundBelow, Channels};
@@ -11,13 +14,13 @@ use super::layout::{Below, EfficiencyLayout, InterfaceCells};
 use crate::numeric::math::{lerp, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Real};
 
-/// Efficiency that one unit of a stored 16-bit integer represents. The largest integer represents 1.64. It leaves room
-/// for sums of efficiencies that exceed 1, by the error of the resampling and by channels of an interface that do not
+/// Efficiency that one unit of a stored 16-bit integer represents. The largest integer represents 1.64. Chosen above 1,
+/// since the sum of a row may exceed 1: by errors of the resampling, and at an interface by stored channels that do not
 /// propagate at a node.
 pub(crate) const UNIT: f64 = 1.0 / 40_000.0;
 
 /// A table of efficiencies as an evaluator over the numbers `N` reads it. The table of Jones matrices
-/// (`polarisation.rs`) has nodes of the same kind and is read through [`EfficiencyView::weighted_nodes`].
+/// (`polarisation.rs`) has the same nodes and is read through [`EfficiencyView::weighted_nodes`].
 #[derive(Clone, Copy)]
 pub(super) struct EfficiencyView<N: Numbers> {
     pub layout: EfficiencyLayout,
@@ -25,12 +28,12 @@ pub(super) struct EfficiencyView<N: Numbers> {
     pub words: N::Words,
 }
 
-/// Bounds of `|a + m|`, the wave number of a propagating order m along x in units of 2π/d, where a is the incident
-/// wave's. They are `t = (d/λ)·√(1 − ky²/k²)` in the air and `tm = (d/λ)·√(n² − ky²/k²)` in a medium of index n.
+/// Upper bounds of `|a + m|` at which order m propagates. `a + m` is its wave number along x in units of 2π/d, where a is
+/// the incident wave's. The bounds are `t = (d/λ)·√(1 − ky²/k²)` in the air and `tm = (d/λ)·√(n² − ky²/k²)` in a medium of index n.
 pub(super) struct Bounds<N: Numbers> {
-    /// Bound over which the wave's cells are defined: t in the air, tm where light is totally reflected.
+    /// Bound over which the wave's cells are defined: t, or tm where no order propagates in the air.
     of_cells: N::Double,
-    /// At an interface: whether light in the medium is totally reflected, since `|ky| ≥ k`, and tm. `None` elsewhere.
+    /// At an interface: whether `|ky| ≥ k`, so that no order propagates in the air, and tm. `None` elsewhere.
     at_interface: Option<(N::Mask, N::Double)>,
 }
 
@@ -39,11 +42,11 @@ pub(super) struct Bounds<N: Numbers> {
 pub(super) struct Node<N: Numbers> {
     /// Offset of the node's cell as stored in the table: in halves of words for efficiencies, in packets for matrices.
     pub cell_offset: N::Index,
-    /// Position of the node within the cell: `index along p · nodes + index along q`.
-    pub number: N::Index,
+    /// Index of the node in the cell, `[index along p][index along q]`.
+    pub index: N::Index,
 }
 
-/// Row of one incident channel at the eight nodes around a position and wavelength. A node's row has an entry for each
+/// Rows of one incident channel at the eight nodes around a position and wavelength. A node's row has an entry for each
 /// outgoing channel, then the sum of these entries ([`EfficiencyLayout`]).
 pub(super) struct Row<N: Numbers> {
     /// Offsets of the row at each node, in halves of words: `[shorter, longer wavelength][node]`, where bit 1 of the
@@ -78,8 +81,8 @@ impl<N: Numbers> EfficiencyView<N> {
         });
         let surrounding = std::array::from_fn(|bits| {
             let [longer, upper_p, upper_q] = [bits >> 2, bits >> 1 & 1, bits & 1];
-            let number = (low_p + index(upper_p as u32)) * index(nodes) + low_q + index(upper_q as u32);
-            Node { cell_offset: offsets[longer], number }
+            let in_cell = (low_p + index(upper_p as u32)) * index(nodes) + low_q + index(upper_q as u32);
+            Node { cell_offset: offsets[longer], index: in_cell }
         });
         (surrounding, [p, q, to_longer])
     }
@@ -108,14 +111,14 @@ impl<N: Numbers> EfficiencyView<N> {
         let row_length = channels.count + one;
         let node_length = channels.count * row_length;
         let offset = |bits: usize| {
-            let Node { cell_offset, number } = nodes[bits];
-            cell_offset + number * node_length + incident * row_length
+            let Node { cell_offset, index } = nodes[bits];
+            cell_offset + index * node_length + incident * row_length
         };
         Row { offsets: [0, 4].map(|first| std::array::from_fn(|bits| offset(first + bits))), fractions }
     }
 
-    /// Bounds of the waves with the given ky/k, for all wave numbers along x. `periods` is d/λ. Since k is the
-    /// wave number in air, the magnitude of the cosine exceeds 1 where light in the medium is totally reflected.
+    /// Bounds at a ratio ky/k, which do not depend on the wave number along x. `periods` is d/λ. The ratio may exceed 1 in
+    /// magnitude in the medium, since k is the wave number in air.
     #[inline(always)]
     pub(super) fn bounds(&self, periods: N::Double, ky_over_k: N::Double) -> Bounds<N> {
         let Below::Interface(InterfaceCells { eta, .. }) = self.layout.below else {
@@ -123,11 +126,11 @@ impl<N: Numbers> EfficiencyView<N> {
         };
         let double = N::Double::lit;
         // t or tm: bound of |a + m| in a medium of this index.
-        let groove_squared = ky_over_k * ky_over_k;
-        let bound = |index: f64| periods * (double(index * index) - groove_squared).max(double(0.0)).sqrt();
+        let ratio_squared = ky_over_k * ky_over_k;
+        let bound = |index: f64| periods * (double(index * index) - ratio_squared).max(double(0.0)).sqrt();
         let (t, tm) = (bound(1.0), bound(eta));
-        let is_trapped = double(1.0).le(groove_squared);
-        Bounds { of_cells: N::Double::select(is_trapped, tm, t), at_interface: Some((is_trapped, tm)) }
+        let is_beyond_air = double(1.0).le(ratio_squared);
+        Bounds { of_cells: N::Double::select(is_beyond_air, tm, t), at_interface: Some((is_beyond_air, tm)) }
     }
 
     /// Channels at the incident wave with the wave number `a` along x, in units of 2π/d. Waves outside the table, which
@@ -140,30 +143,32 @@ impl<N: Numbers> EfficiencyView<N> {
             |cell: N::Double, count: u32| N::index_of_double(cell.clip(double(0.0), double(f64::from(count - 1))));
         let cells = self.layout.cells;
         let position = CellPosition::<N>::new(bounds.of_cells, a);
-        let (Below::Interface(InterfaceCells { air_cells, .. }), Some((is_trapped, tm))) =
+        let (Below::Interface(InterfaceCells { air_cells, .. }), Some((is_beyond_air, tm))) =
             (self.layout.below, bounds.at_interface)
         else {
+            // 1 if the cell's orders also exist below the relief.
             let sides_below = if self.layout.transmits() { 1.0 } else { 0.0 };
             return Channels::of_cell(&position, cell_among(position.cell, cells), sides_below);
         };
         // Cells of the air come first. They begin with cell −1, in which no order propagates in the air.
         let in_air = cell_among(position.cell + double(1.0), air_cells);
         let in_medium = cell_among(position.cell, cells - air_cells) + N::Index::lit(air_cells);
-        let cell = N::Index::select(is_trapped, in_medium, in_air);
-        // The words after the offsets of all cells: `extra` of each cell ([`InterfaceCells`]).
+        let cell = N::Index::select(is_beyond_air, in_medium, in_air);
+        // The words after the offsets of all cells have each cell's `extra`, the number of further orders that propagate in
+        // the medium at either end of the range ([`InterfaceCells`]).
         let first_extra = N::Index::lit(self.layout.wavelengths * cells);
         let [extra] = N::gather::<1>(self.words, first_extra + cell, active);
         let extra = N::widen(N::real(extra));
-        // Orders within the bound that defines the cell. They propagate above, unless light is totally reflected, and
-        // below, with `extra` more at either end of their range.
+        // Number of orders within the bound that defines the cell. They propagate below, with `extra` more at either end,
+        // and above unless the cell lies beyond the air.
         let orders = position.cell + double(1.0);
-        let side_counts = [N::Double::select(is_trapped, double(0.0), orders), orders + extra * double(2.0)];
-        // The incident wave, m = 0, is number `incident` of these orders.
+        let side_counts = [N::Double::select(is_beyond_air, double(0.0), orders), orders + extra * double(2.0)];
+        // The incident wave, m = 0, is number `incident` of these orders, counted from the lowest.
         let first = -position.incident;
         Channels::new(&position, cell, side_counts, [first, first - extra], Some(BoundBelow { a, tm }))
     }
 
-    /// Whether a direction, which points away from the surface, lies below the relief of a body that transmits.
+    /// Whether a direction, which points away from the surface, lies below the relief. False for a reflector.
     #[inline(always)]
     pub(super) fn is_below(&self, w: [N::Real; 3]) -> N::Mask {
         match self.layout.below {
@@ -178,7 +183,7 @@ impl<N: Numbers> EfficiencyView<N> {
         self.entry(row, channels.count, active)
     }
 
-    /// Efficiency of an outgoing channel.
+    /// Efficiency of an outgoing channel, interpolated.
     #[inline(always)]
     pub(super) fn entry(&self, row: &Row<N>, channel: N::Index, active: N::Mask) -> N::Real {
         let [p, q, to_longer] = row.fractions;

@@ -64,18 +64,19 @@ struct OrderAt<'a, N: Numbers> {
     efficiency: N::Real,
 }
 
-/// A grating's lobe, on one side of a body that reflects or on both sides of one that transmits.
+/// Sides of a grating's lobe, with or without polarisation.
 pub(super) trait MayTransmit {
     /// Whether the body transmits light.
     fn transmits(&self) -> bool;
 }
 
-/// Sides of a body that transmits. Samples come from a mixture of `draw` and uniform directions (`lobe/mixture.rs`).
+/// Sides of a grating's lobe. Samples come from a mixture of `draw` and uniform directions (`lobe/mixture.rs`). At a body
+/// that transmits:
 ///
 /// - `draw` decides on the side and the order at once, and returns the side in the sign of z.
 /// - `choose` divides the uniform part, `u[0] < UNIFORM_FRACTION`, equally between the sides.
-/// - `probability` is ½ on either side, which callers multiply the mixture's density by. This suits the uniform part.
-///   To cancel it, `density` returns twice the density of `draw`.
+/// - `probability` is ½, by which callers multiply the density of the whole mixture. It is right for the uniform part.
+///   For `draw`, which has probabilities of its own, `density` returns twice the density.
 impl<N: Numbers, T: MayTransmit> Sides<N> for T {
     #[inline(always)]
     fn accepts(&self, w: [N::Real; 3]) -> N::Mask {
@@ -114,8 +115,8 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         value
     }
 
-    /// Density of `draw` in 1/sr: the sum of the orders' Gaussians over frequency, weighted by their efficiencies at
-    /// `wi`. At a body that transmits, twice this density, since callers multiply by the side's probability ½.
+    /// Density of `draw` in 1/sr: the mean of the orders' Gaussians over frequency, weighted by their efficiencies at
+    /// `wi`, as in `draw`. At a body that transmits, twice this density, since callers multiply by the side's probability ½.
     #[inline(always)]
     fn density(&self, &[wi, wo]: &[[N::Real; 3]; 2], nm: N::Real, active: N::Mask) -> N::Real {
         let zero = N::Real::lit(0.0);
@@ -225,8 +226,9 @@ impl<N: Numbers> GratingLobe<'_, N> {
     /// `n²·Σ_m g_m·K(f − f_m)/λ²` over the orders, with the index n of the medium of `wo`. `quantity` computes `R`
     /// quantities `g_m` of an order at once.
     ///
-    /// Both directions are moved by half of the distance to order m, so that `wo` is exactly the direction of the
-    /// order. Exchanging the directions then gives the reversed path, and the lobe is reciprocal.
+    /// For each order m both directions are moved by half of the difference between f and f_m, so that the moved `wo` is
+    /// exactly the direction of the order. Exchanging the directions then gives the reversed path, and `f_r/n²` is
+    /// reciprocal.
     #[inline(always)]
     fn sum_orders<const R: usize>(
         &self,
@@ -241,7 +243,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let [[in_x, in_y], [out_x, out_y]] = [wi, wo].map(|w| self.layout.efficiencies.tangential::<N>(w));
         // ky/k with the wave number k in vacuum; in a medium its magnitude can exceed 1.
         let ky_over_k = (out_y - in_y) * half;
-        // Sum of the wave numbers of incident and outgoing wave, a + (a + m), which the move leaves as it is.
+        // Sum of the wave numbers of incident and outgoing wave, a + (a + m), which is unchanged by the move.
         let sum_of_a = (out_x - in_x) * periods;
         let view = self.view();
         let bounds = view.bounds(periods, ky_over_k);

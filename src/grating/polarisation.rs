@@ -56,8 +56,8 @@ impl<N: Numbers> JonesView<N> {
         // The shape's elements `[real, imaginary]` in units of UNIT, interpolated between the eight nodes around the
         // wave and its wavelength. The nodes' weights sum to 1, so ZERO is subtracted once.
         let mut shape = [[real(-ZERO); 2]; 4];
-        for (Node { cell_offset, number }, weight) in nodes.weighted_nodes(channels, nm, active) {
-            let packet = N::gather::<4>(self.words, cell_offset + number * count * count + entry, active);
+        for (Node { cell_offset, index }, weight) in nodes.weighted_nodes(channels, nm, active) {
+            let packet = N::gather::<4>(self.words, cell_offset + index * count * count + entry, active);
             for (element, word) in shape.iter_mut().zip(packet) {
                 let parts = u16_pair::<N>(word);
                 *element = [0, 1].map(|c| parts[c].fma(weight, element[c]));

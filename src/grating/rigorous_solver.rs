@@ -1,13 +1,13 @@
 //! The solver behind the tables of reflectors: an [`OrderSolver`] that calls `sunbeam-rigorous` (symbols: `mod.rs`).
 //! Its meshes also serve the solvers of films and interfaces.
 //!
-//! At a point (t, b), t is the bound of the propagating orders' wave numbers along x, and b their Bloch phase. Both are
-//! in units of 2π over the period d. y = ky/k is the component of a wave vector along the grooves over its length. At
-//! wavelengths above d/t ky is imaginary. Such a solution is the analytic continuation that interpolation between
-//! wavelengths needs (`order_solver.rs`); it does not conserve power.
+//! At a point (t, b), t is the bound of the propagating orders' wave numbers along x, and b their Bloch wave number. Both
+//! are in units of 2π over the period d. The ratio ky/k is the component of a wave vector along the grooves over its
+//! length. At wavelengths above d/t ky is imaginary. The solution there is the analytic continuation that interpolation
+//! between wavelengths needs (`order_solver.rs`); it does not conserve power.
 //!
 //! A *mesh* is a set of nodes on the profile at which fields are solved. The *power balance* of a solution is the
-//! condition that all incident power is reflected, or reflected and absorbed.
+//! condition that the incident power is that reflected and, in a medium that absorbs, absorbed.
 
 use super::GratingError;
 use super::jones_shape::{JonesShape, jones_shape};
@@ -20,14 +20,14 @@ use sunbeam_rigorous::{
     Air, Amplitudes, Discretisation, KY_SQUARED_RANGE, Medium, MetalTable, Profile, Resolution, check_size,
 };
 
-/// Largest accepted error of the power balance at a solved point, relative to the incident power and times the largest
-/// cosine of incidence at its `t`.
+/// Largest accepted error of the power balance at a solved point: the power missing as a fraction of the incident power,
+/// times the largest cosine of incidence at its `t`.
 ///
-/// It is about a tenth of the error of an order in the tables; smaller values need larger meshes. The cosine is small
-/// for light along the grooves, which carries a small fraction of the power that falls on a surface.
+/// Chosen as about a tenth of the error of an order in the tables; smaller values need larger meshes. The cosine allows
+/// for more where it is small: light along the grooves carries a small fraction of the power that falls on a surface.
 pub(super) const IMBALANCE_MAX: f64 = 1e-3;
-/// Largest number of doublings of the nodes, which go on until the power balance holds. The cost of a solution grows as
-/// the cube of the number of nodes.
+/// Largest number of doublings of the nodes; they are doubled until the power balance holds. The cost of a solution grows
+/// as the cube of the number of nodes.
 pub(super) const DOUBLINGS: usize = 3;
 
 /// Wavelengths in nm for which the number of nodes is determined. Refractive indices change little within a step, which
@@ -47,7 +47,7 @@ pub(super) fn sufficient_resolution(
     let mut resolution = Resolution { nodes: 0, oversampling: 1 };
     for nm in RESOLVED_NM {
         let medium = medium_at(index, nm)?;
-        // The last argument, ky/k = 0, is the strictest and so covers every direction.
+        // The last argument is ky/k. 0 gives the largest wave numbers across the grooves, and so covers every direction.
         check_size(profile, &medium, nm, 0.0)?;
         let required = Resolution::new(profile, &medium, nm)?;
         resolution.nodes = resolution.nodes.max(required.nodes);
@@ -56,7 +56,7 @@ pub(super) fn sufficient_resolution(
     Ok(resolution)
 }
 
-/// Discretisations of a profile: one with the nodes of its resolution, and finer ones, created when first needed.
+/// Discretisations of a profile: one with the nodes of a given resolution, and finer ones, created when first needed.
 pub(super) struct Meshes {
     profile: Profile,
     resolution: Resolution,
@@ -80,10 +80,13 @@ impl Meshes {
         Ok(Self { profile: profile.clone(), resolution, first, finer: [const { OnceLock::new() }; DOUBLINGS] })
     }
 
-    /// The mesh after a number of doublings of the nodes, 0 to [`DOUBLINGS`].
+    /// The mesh after a number of doublings of the nodes. Two threads that need it first may both create it.
     ///
     /// # Errors
     /// More nodes than the solver accepts.
+    ///
+    /// # Panics
+    /// For more than [`DOUBLINGS`].
     pub(super) fn after(&self, doublings: usize) -> Result<&Discretisation, GratingError> {
         let Some(slot) = doublings.checked_sub(1).map(|i| &self.finer[i]) else { return Ok(&self.first) };
         if let Some(mesh) = slot.get() {
@@ -95,7 +98,8 @@ impl Meshes {
     }
 }
 
-/// The solver of a profile above a medium. Where the medium is a metal, its response is tabulated.
+/// The solver of a profile above a medium. Where the medium is a metal, a table replaces the integrals over its side of
+/// the profile.
 pub(super) struct RigorousSolver<'a> {
     meshes: &'a Meshes,
     /// Index of the medium by wavelength; `None` for a perfect conductor.
@@ -173,8 +177,11 @@ impl<'a> RigorousSolver<'a> {
         extract: impl Fn(&Amplitudes, f64) -> Vec<T>,
     ) -> Result<Vec<Vec<T>>, GratingError> {
         let air = self.meshes.first.air(t, b)?;
-        // At given t and b, a perfect conductor's orders do not depend on the wavelength: only the first is solved.
-        let solved_nm = if self.index.is_some() { wavelengths_nm } else { &wavelengths_nm[..1] };
+        // At given t and b, a perfect conductor's orders do not depend on the wavelength, and one is solved. The longest
+        // with a real ky is that at which `imbalance` is strictest.
+        let are_real = wavelengths_nm.iter().copied().filter(|&nm| self.ky_squared_ratio(t, nm) >= 0.0);
+        let one_nm = [are_real.reduce(f64::max).unwrap_or(wavelengths_nm[0])];
+        let solved_nm = if self.index.is_some() { wavelengths_nm } else { &one_nm };
         let mut extracted = Vec::with_capacity(wavelengths_nm.len());
         for &nm in solved_nm {
             let mut amplitudes = self.solve(&air, nm)?;
@@ -185,23 +192,23 @@ impl<'a> RigorousSolver<'a> {
             }
             extracted.push(extract(&amplitudes, ky_squared_ratio));
         }
-        // The other wavelengths of a perfect conductor.
+        // The other wavelengths of a perfect conductor, whose orders do not convert Ey to Hy and so do not depend on ky.
         extracted.resize(wavelengths_nm.len(), extracted.last().cloned().unwrap_or_default());
         Ok(extracted)
     }
 
-    /// Error of the power balance times the largest cosine of incidence at `t`: bounded by [`IMBALANCE_MAX`].
+    /// Error of the power balance times the largest cosine of incidence at `t`, accepted up to [`IMBALANCE_MAX`].
     fn imbalance(&self, amplitudes: &Amplitudes, t: f64, nm: f64) -> f64 {
         amplitudes.balance_error() * self.kappa_over_k(t, nm).min(1.0)
     }
 
-    /// Wave number κ in the xz plane over k, at `t` and a wavelength in nm: `κ/k = tλ/d = √(1 − y²)`. It is the largest
-    /// cosine of incidence, and exceeds 1 for imaginary ky.
+    /// Ratio of κ, the wave number in the xz plane, to k, at `t` and a wavelength in nm: `κ/k = tλ/d = √(1 − ky²/k²)`. It
+    /// is the largest cosine of incidence, and exceeds 1 for imaginary ky.
     fn kappa_over_k(&self, t: f64, nm: f64) -> f64 {
         t / (1e3 * self.meshes.profile.period_um() / nm)
     }
 
-    /// `ky²/k² = y² = 1 − (tλ/d)²`; negative where ky is imaginary.
+    /// `ky²/k² = 1 − (tλ/d)²`; negative where ky is imaginary.
     fn ky_squared_ratio(&self, t: f64, nm: f64) -> f64 {
         let ratio = self.kappa_over_k(t, nm);
         (1.0 - ratio) * (1.0 + ratio)
@@ -240,7 +247,7 @@ pub(super) fn medium_at(index: Option<&SpectralIndex>, nm: f64) -> Result<Medium
 
 /// Unpolarised efficiencies between all orders, `[incident · orders + outgoing]`.
 ///
-/// Amplitudes between different states, Ey and Hy, are proportional to ky. The continuation of their squared magnitudes
+/// Amplitudes from Ey to Hy and back are proportional to ky. The continuation of their squared magnitudes
 /// to imaginary ky (`is_ky_real` false), where ky² is negative, is therefore negative.
 fn efficiencies(amplitudes: &Amplitudes, is_ky_real: bool) -> Vec<f64> {
     let sign = if is_ky_real { 1.0 } else { -1.0 };

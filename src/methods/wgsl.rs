@@ -1,11 +1,11 @@
-//! Inclusion of WGSL sources at compile time without their comments, which programs need not contain.
+//! Inclusion of WGSL sources at compile time. Comments are removed, so that they do not enlarge the compiled program.
 //!
 //! The macro [`wgsl!`](crate::wgsl) calls [`code_length`], [`code`] and [`utf8`] in constant expressions. The length is
-//! a part of the array's type, hence two passes. Comments from `//` to the end of the line are removed. WGSL has no
-//! strings that could contain `//`. The sources must not have block comments.
+//! a part of the array's type, so one pass counts and another copies. Comments from `//` to the end of the line are
+//! removed. WGSL has no strings that could contain `//`. The sources must not have block comments.
 
 /// Includes a WGSL file, by its path relative to the calling file, as a `&'static str` without its comments. Line ends
-/// are kept, so that line numbers in compilers' messages count the file's lines. A program joins several files.
+/// are kept, so that a line in a compiler's message can be found in the file.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! wgsl {
@@ -50,7 +50,7 @@ pub const fn code<const N: usize>(source: &str) -> [u8; N] {
 ///
 /// # Panics
 /// If the bytes are not UTF-8. In a constant expression this is an error of compilation. Removing whole comments leaves
-/// valid UTF-8.
+/// valid UTF-8, since `/` and `\n` never occur inside a multi-byte character.
 pub const fn utf8(code: &[u8]) -> &str {
     match std::str::from_utf8(code) {
         Ok(code) => code,

@@ -4,7 +4,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sunbeam::scattering::{Vec3, unit_vector};
 
-/// One number or an array of numbers: wavelengths, or the values at wavelengths. An answer has the form of its query.
+/// One number or an array of numbers: wavelengths, or the values at wavelengths. The answer to a number is a number, that
+/// to an array an array.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "expected a number or an array of numbers")]
 pub(crate) enum Numbers {
@@ -29,7 +30,7 @@ impl Numbers {
         }
     }
 
-    /// Applies `function` to each number, up to the first error.
+    /// Applies `function` to each number, and stops at the first error.
     pub(crate) fn try_map(&self, function: impl Fn(f64) -> Result<f64, String>) -> Result<Self, String> {
         Ok(match self {
             Self::One(number) => Self::One(function(*number)?),
@@ -43,19 +44,19 @@ impl Numbers {
 /// Parses one line of JSON.
 ///
 /// # Errors
-/// A message. It names the field where the line is JSON and the value of a field is wrong.
+/// A message. It names the field if the line is valid JSON with a wrong value.
 pub(crate) fn parse<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
     if line.trim_ascii().is_empty() {
         return Err("the line is empty".to_owned());
     }
-    // Tracking paths of fields is slow, so a line is parsed without it first, and again with it only after an error.
+    // Recording the path of the field that is being read is slow, so this is done only after an error.
     if let Ok(query) = serde_json::from_slice(line) {
         return Ok(query);
     }
     let mut reader = serde_json::Deserializer::from_slice(line);
     let error = match serde_path_to_error::deserialize::<_, T>(&mut reader) {
         Err(error) => error,
-        // The value is right, but something follows it.
+        // The value is right, so the error is a text that follows it.
         Ok(_) => {
             let message = reader.end().err().map(|error| without_line_number(&error)).unwrap_or_default();
             return Err(format!("not JSON: {message}"));
@@ -68,7 +69,7 @@ pub(crate) fn parse<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
     let is_json = cause.is_data() || message.starts_with("number out of range");
     match (is_json, field.as_str()) {
         (false, _) => Err(format!("not JSON: {message}")),
-        // `serde_path_to_error` writes "." for the whole line, and "?" for an unknown place.
+        // `serde_path_to_error` writes "." for the whole line, and "?" for a place that it cannot track.
         (true, "." | "?") => Err(message),
         (true, field) => Err(format!("{field:?}: {message}")),
     }
@@ -79,7 +80,7 @@ fn without_line_number(error: &serde_json::Error) -> String {
     error.to_string().replace(" at line 1 column ", " at column ")
 }
 
-/// Normalises a direction. `name` is the name of its field, for messages.
+/// Checks that a direction has three components and a length near 1, and normalises it. `name` is the name of its field, for messages.
 ///
 /// # Errors
 /// A number of components other than three, or a length that differs from 1 by more than
@@ -88,7 +89,7 @@ pub(crate) fn direction(name: &str, components: &[f64]) -> Result<Vec3, String> 
     unit_vector(triple(name, components)?).map_err(|error| format!("{name:?} {error}"))
 }
 
-/// Three random numbers in [0, 1). `name` is the name of their field, for messages.
+/// Checks the three random numbers of a sample, in [0, 1). `name` is the name of their field, for messages.
 ///
 /// # Errors
 /// A number of components other than three, or a component outside the interval.

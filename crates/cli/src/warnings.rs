@@ -1,11 +1,11 @@
-//! Warnings of the library as lines on stderr.
+//! Printing of the library's warnings and errors as lines on stderr.
 
 use log::{LevelFilter, Log, Metadata, Record};
 
-/// A logger that prints the messages of this project's crates. Messages of other crates are of no use to users.
-struct Stderr;
+/// A logger that prints the messages of this project's crates. Those of other crates, such as wgpu, are left out.
+struct StderrLogger;
 
-impl Log for Stderr {
+impl Log for StderrLogger {
     fn enabled(&self, metadata: &Metadata) -> bool {
         metadata.target().starts_with("sunbeam")
     }
@@ -19,9 +19,9 @@ impl Log for Stderr {
     fn flush(&self) {}
 }
 
-/// Shows warnings and errors of the log from now on. A second call changes nothing.
+/// Installs the logger for warnings and errors. A second call changes nothing.
 pub(crate) fn show() {
-    if log::set_logger(&Stderr).is_ok() {
+    if log::set_logger(&StderrLogger).is_ok() {
         log::set_max_level(LevelFilter::Warn);
     }
 }

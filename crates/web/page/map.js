@@ -1,29 +1,35 @@
-// The BRDF map: the BRDF f_r over all viewing directions for one direction of the light. It shows the hemisphere from
-// above: a unit vector [x, y, z] is at the point (x, y) of the unit disc, with x to the right and y up.
+// The BRDF map: the BRDF f_r for one direction of the light and all directions of the viewer. It shows the hemisphere
+// from above: a unit vector [x, y, z] is at the point (x, y) of the unit disc, with x to the right and y up.
 //
-// A map is {rgb, side, wi}: f_r in 1/sr as linear sRGB, three numbers for each of side² pixels, rows from the top, and
-// the unit vector to the light. `wo` is the unit vector to the viewer.
+// A map is an object {rgb, side, wi}:
+//
+// - rgb: f_r in 1/sr as linear sRGB, three numbers for each pixel, rows from the top;
+// - side: pixels along each side;
+// - wi: the unit vector to the light.
+//
+// `wo` is the unit vector to the viewer.
 
 import { svg } from "./svg.js";
 
 /** One degree in radians. */
 const DEGREE = Math.PI / 180;
-/** Radius, just inside the horizon at 1, from which on a step of the arrow keys is ignored. */
+/** Radius at which the arrow keys stop, just inside the horizon at 1. Chosen. */
 const KEY_RADIUS_MAX = 0.995;
-/** Steps of the arrow keys without and with the shift key, as fractions of the disc's radius. */
+/** Steps of the arrow keys without and with the shift key, as fractions of the disc's radius. Chosen. */
 const [KEY_STEP, KEY_STEP_LARGE] = [0.02, 0.1];
 
-/** The unit vector with the angle theta to the normal and the azimuth phi, from +x towards +y. */
+/** The unit vector with the angle theta to the normal and the azimuth phi from +x towards +y, in degrees. */
 export function direction(theta_deg, phi_deg) {
   const sine = Math.sin(theta_deg * DEGREE);
   return [sine * Math.cos(phi_deg * DEGREE), sine * Math.sin(phi_deg * DEGREE), Math.cos(theta_deg * DEGREE)];
 }
 
-/** Angle to the normal and azimuth of a unit vector: {theta_deg, phi_deg}. The azimuth of the normal is 0. */
+/** Angle to the normal and azimuth of a unit vector, {theta_deg, phi_deg}; the azimuth lies in (−180, 180]. Within 1e-9 of
+ * the z axis, where it is not defined, it is 0. */
 export function angles([x, y, z]) {
   const theta_deg = Math.acos(Math.min(1, Math.max(-1, z))) / DEGREE;
-  const isNormal = Math.hypot(x, y) < 1e-9;
-  return { theta_deg, phi_deg: isNormal ? 0 : Math.atan2(y, x) / DEGREE };
+  const isOnAxis = Math.hypot(x, y) < 1e-9;
+  return { theta_deg, phi_deg: isOnAxis ? 0 : Math.atan2(y, x) / DEGREE };
 }
 
 /** The half vector of two directions; the normal if they are opposite. */
@@ -33,7 +39,8 @@ export function halfway(wi, wo) {
   return length > 0 ? sum.map((value) => value / length) : [0, 0, 1];
 }
 
-/** Direction at a point of the map's square. Coordinates are in [0, 1] from the upper left. Null outside the disc. */
+/** Direction at a point of the map's square, null outside the disc. Coordinates are fractions of the side, from the upper
+ * left corner. */
 export function directionAt(right, down) {
   const [x, y] = [2 * right - 1, 1 - 2 * down];
   const radiusSquared = x * x + y * y;
@@ -47,56 +54,55 @@ export function colourAt({ rgb, side }, [x, y]) {
   return rgb.slice(3 * (row * side + column), 3 * (row * side + column) + 3);
 }
 
-/** The map on its canvas, with marks. */
+/** The map on its canvas, with marks. Sizes of marks are in radii of the disc. */
 export class MapView {
   #canvas;
+  // Point of the disc from which arrow keys step: that of the viewer marked last.
+  #current = [0, 0];
   // Marks of the mirror direction, the viewer and the half vector.
   #mirror = svg("circle", { class: "mirror", r: 0.045 });
   #viewer = svg("path", { class: "read", d: "M-.08 0H.08M0-.08V.08" });
   #half = svg("path", { class: "half", d: "M0-.055 .055 0 0 .055-.055 0Z" });
 
   /**
-   * Draws the map into a canvas and marks into the SVG element `marks`, whose units are the disc's radius. `read` is
-   * called with the direction under the pointer or chosen by keys.
+   * Puts a grid and hidden marks into the SVG element `marks`, whose unit is the disc's radius, and listens to events of
+   * `canvas`. `onDirection` is called with the direction, a unit vector, under the pointer or chosen by arrow keys.
    */
-  constructor(canvas, marks, read) {
+  constructor(canvas, marks, onDirection) {
     this.#canvas = canvas;
     for (const theta_deg of [30, 60]) marks.append(svg("circle", { class: "grid", r: Math.sin(theta_deg * DEGREE) }));
     marks.append(svg("path", { class: "grid", d: "M-1 0H1M0-1V1" }), this.#mirror, this.#half, this.#viewer);
     this.mark(null, null);
-    // The point of the disc that was read last.
-    let current = [0, 0];
     const readPointer = (event) => {
       const box = canvas.getBoundingClientRect();
       const found = directionAt((event.clientX - box.x) / box.width, (event.clientY - box.y) / box.height);
-      if (found) {
-        current = [found[0], found[1]];
-        read(found);
-      }
+      if (found) onDirection(found);
     };
     canvas.addEventListener("pointermove", readPointer);
+    // A touch without movement is no pointermove.
     canvas.addEventListener("pointerdown", readPointer);
     canvas.addEventListener("keydown", (event) => {
       const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
       if (!step) return;
       event.preventDefault();
       const size = event.shiftKey ? KEY_STEP_LARGE : KEY_STEP;
-      const next = [current[0] + size * step[0], current[1] + size * step[1]];
-      if (Math.hypot(...next) >= KEY_RADIUS_MAX) return;
-      current = next;
-      read([...next, Math.sqrt(1 - next[0] ** 2 - next[1] ** 2)]);
+      const next = [this.#current[0] + size * step[0], this.#current[1] + size * step[1]];
+      const tooFar = Math.hypot(...next) / KEY_RADIUS_MAX;
+      if (tooFar > 1) [next[0], next[1]] = [next[0] / tooFar, next[1] / tooFar];
+      onDirection([...next, Math.sqrt(1 - next[0] ** 2 - next[1] ** 2)]);
     });
   }
 
-  /** Shows side² pixels of RGBA bytes (a Uint8Array), rows from the top. */
+  /** Shows side² pixels of RGBA bytes, rows from the top: a Uint8Array with a buffer of its own, without an offset. */
   show(rgba, side) {
-    // `rgba` has a buffer of its own, without an offset.
     this.#canvas.width = this.#canvas.height = side;
     this.#canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(rgba.buffer), side, side), 0, 0);
   }
 
-  /** Marks the mirror direction of the light, the viewer, and the half vector of both. Null hides the marks. */
+  /** Marks the mirror direction of the light, the viewer, and the half vector of light and viewer. A direction that is
+   * null hides the marks that need it. */
   mark(wi, wo) {
+    if (wo) this.#current = [wo[0], wo[1]];
     const put = (element, point) => {
       element.style.display = point ? "" : "none";
       // y is downwards in SVG.

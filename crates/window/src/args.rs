@@ -15,35 +15,35 @@ use sunbeam_realtime::{AdapterChoice, KERATIN, Orbit};
 
 /// Default file name of a screenshot.
 const SCREENSHOT: &str = "sunbeam.png";
-/// Accepted values of `--picture-scale`. The control in the window offers a smaller range.
+/// Accepted values of `--picture-scale`. The control in the panel offers a smaller range.
 const PICTURE_SCALE: RangeInclusive<f32> = 0.1..=4.0;
 
 /// Draw the snake in a window
 ///
-/// The picture is that of `sunbeam render`, and everything can be changed in the window. Left drag turns the camera,
-/// middle or shift drag moves it, the wheel zooms; right or ctrl drag turns the sun. Under the cursor the BRDF map of
-/// that place is shown. S saves the picture, R resets camera and sun, Ctrl+Q closes. A slow method is drawn coarsely
-/// first.
+/// The picture is drawn as by `sunbeam render`; surface, method, camera and sun can be changed in the window. Left drag
+/// turns the camera, middle or shift drag moves the camera, the wheel zooms; right or ctrl drag turns the sun. The BRDF
+/// map of the point under the cursor is shown beside the picture. S saves the picture, R resets camera and sun, Ctrl+Q
+/// quits. A slow method is drawn coarsely first.
 #[derive(clap::Parser)]
 #[command(name = "sunbeam view", version)]
 pub(crate) struct ViewArgs {
     /// Width and height of the window
     #[arg(long, value_name = "WxH", default_value = "1240x840")]
     size: Size,
-    /// Where S saves the picture for the screen (.png), and beside it the linear one as .exr; what exists is not
+    /// Where S saves the picture for the screen (.png), and beside it the linear picture as .exr; an existing file is not
     /// overwritten [default: sunbeam.png]
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
     screenshot: Option<Output>,
-    /// Brightens the picture, in stops
+    /// Exposure in stops; each doubles the brightness, negative values darken
     #[arg(long, value_name = "STOPS", default_value_t = 2.0, allow_negative_numbers = true)]
     exposure: f64,
-    /// Rays along each side of a pixel, 1 to 64; their mean is the pixel
+    /// Rays along each side of a pixel, COUNT² in all, 1 to 64; their mean is the pixel
     #[arg(long, value_name = "COUNT", default_value_t = 1)]
     supersample: u32,
-    /// Pixels of the picture for each pixel of the window, along each side, 0.1 to 4
+    /// Resolution of the picture relative to the window's, along each side, 0.1 to 4
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true)]
     picture_scale: f32,
-    /// The GPU, or the software adapter [default: SUNBEAM_ADAPTER, else any]
+    /// Adapter that draws: any (a GPU if there is one) or software [default: SUNBEAM_ADAPTER, else any]
     #[arg(long, value_name = "any|software")]
     adapter: Option<AdapterChoice>,
     #[command(flatten)]
@@ -71,7 +71,7 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
     }
     let view = args.scene.view(args.supersample)?;
     view.check()?;
-    // Without an index on the command line, the surface is keratin and not a perfect conductor.
+    // A surface whose settings give no index is keratin here, and not a perfect conductor.
     let index = surface.index().unwrap_or(KERATIN);
     let settings = Settings {
         surface,
@@ -91,7 +91,7 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
         make_scene: Box::new(move || scene.mesh().map_err(|error| error.to_string())),
         // In egui's points, which are pixels on a screen without scaling.
         size: [args.size.0 as f32, args.size.1 as f32],
-        // The default name is not checked, so the window opens even if the working folder cannot be written.
+        // The default name is not checked, so the window opens even if the working folder cannot be written to.
         screenshot: args.screenshot.as_ref().map_or_else(|| SCREENSHOT.into(), |file| file.path().to_owned()),
         adapter: args.adapter.map_or_else(AdapterChoice::from_env, Ok)?,
     })
@@ -103,7 +103,7 @@ mod tests {
     use clap::{CommandFactory, Parser};
 
     #[test]
-    fn no_two_arguments_have_the_same_name() {
+    fn no_two_arguments_have_the_same_name_and_scale_is_the_surface() {
         // Clap checks this in debug builds only.
         let mut names: Vec<_> =
             ViewArgs::command().get_arguments().filter_map(|arg| arg.get_long()).map(str::to_owned).collect();
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_screenshot_that_is_no_png_is_refused_before_there_is_a_window() {
+    fn an_unusable_screenshot_is_refused_before_there_is_a_window() {
         for (name, reason) in [("a.jpg", ".png"), ("a.exr", ".png"), ("none/a.png", "there is no folder")] {
             let error = ViewArgs::try_parse_from(["view", "--screenshot", name]).err().unwrap().to_string();
             assert!(error.contains("--screenshot") && error.contains(reason), "{error}");

@@ -1,4 +1,4 @@
-//! Facts about adapter, method and picture, at the bottom of the panel.
+//! Facts about the adapter, the method and the picture, at the bottom of the panel.
 
 use super::artist::Picture;
 use super::widgets::row;
@@ -11,7 +11,7 @@ pub(crate) struct Facts {
     pub adapter: String,
     /// Whether the adapter renders on the processor.
     pub is_software: bool,
-    /// Whether times come from timestamps of the GPU.
+    /// Whether the times of stages come from timestamps of the GPU, instead of a wall clock.
     pub has_timestamps: bool,
     /// `None` before the first method.
     pub method: Option<MethodFacts>,
@@ -25,7 +25,7 @@ pub(crate) struct MethodFacts {
     pub name: &'static str,
     /// Time of building it in seconds.
     pub build_seconds: f64,
-    /// Size of its data on the GPU in bytes; `None` until they are uploaded.
+    /// Size of its data on the GPU in bytes; `None` until it is uploaded.
     pub bytes: Option<u64>,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct PictureFacts {
     /// Width and height in pixels.
     size: (u32, u32),
     /// Wall-clock time of drawing in ms.
-    ms: f64,
+    frame_ms: f64,
     /// Whether no finer picture follows.
     is_finest: bool,
     /// Number of rays that met sunlit points of the mesh. The method is evaluated once for each.
@@ -48,7 +48,7 @@ impl From<&Picture> for PictureFacts {
         let times = picture.report.gpu_ms;
         Self {
             size: picture.target.size(),
-            ms: picture.ms,
+            frame_ms: picture.ms,
             is_finest: picture.is_finest,
             lit_samples: picture.report.answered,
             stages: [
@@ -74,7 +74,7 @@ impl Facts {
             line(ui, "Picture", format!("{width} × {height}{}", if picture.is_finest { "" } else { ", draft" }));
             line(ui, "Lit samples", picture.lit_samples.to_string());
             // At least a microsecond, so that the rate is finite.
-            line(ui, "Frame", format!("{:.1} ms, {:.1} fps", picture.ms, 1e3 / picture.ms.max(1e-3)));
+            line(ui, "Frame", format!("{:.1} ms, {:.1} fps", picture.frame_ms, 1e3 / picture.frame_ms.max(1e-3)));
             let stages = picture.stages.map(|(stage, ms)| format!("{stage} {ms:.1}")).join(", ");
             let clock = if self.has_timestamps { "GPU clock" } else { "wall clock" };
             ui.weak(format!("{stages} ms by the {clock}"));

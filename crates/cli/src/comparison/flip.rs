@@ -1,8 +1,8 @@
-//! The perceptual metric FLIP for low-dynamic-range pictures, by its authors' library.
+//! The perceptual metric FLIP for low-dynamic-range pictures, by the crate `nv_flip`, which wraps its authors' code.
 //!
 //! P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström, M. D. Fairchild, *FLIP: A Difference Evaluator
 //! for Alternating Images*, Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020. The input is 8-bit sRGB. The viewing
-//! distance is the default of the authors: 67 pixels per degree, which a 4K monitor 0.7 m wide has at 0.7 m.
+//! distance is the default of the authors: 67 pixels per degree, which a monitor of 3840 pixels on 0.7 m has at 0.7 m.
 
 use super::DisplayPair;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageFloat, FlipImageRgb8, magma_lut};
@@ -14,13 +14,14 @@ pub(super) fn error_map(shown: &DisplayPair) -> Vec<f32> {
     nv_flip::flip(a, b, DEFAULT_PIXELS_PER_DEGREE).to_vec()
 }
 
-/// The map `errors` in the false colours "magma", as 8-bit sRGB by rows from the top. `size` is its width and height.
+/// The map `errors` in the colours "magma", dark for 0 and bright for 1, as 8-bit sRGB by rows from the top. `size` is its
+/// width and height.
 pub(super) fn coloured(size: (usize, usize), errors: &[f32]) -> Vec<u8> {
     let (width, height) = size_in_32_bits(size);
     FlipImageFloat::with_data(width, height, errors).apply_color_lut(&magma_lut()).to_vec()
 }
 
-/// Width and height in 32 bits, into which the largest [`super::Picture`] fits.
+/// Width and height in 32 bits. [`super::Picture`] refuses larger ones.
 fn size_in_32_bits((width, height): (usize, usize)) -> (u32, u32) {
     (width as u32, height as u32)
 }

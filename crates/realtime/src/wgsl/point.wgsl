@@ -1,33 +1,35 @@
-// Point that a ray from the camera meets, as a query (query.wgsl), and visibility of the sun there. locate.wgsl calls
-// these functions for each pixel. Compiled after frame.wgsl, mesh.wgsl, trace.wgsl, sheet.wgsl, sunlight.wgsl and
+// Turns the point that a ray from the camera meets into a query, the input of the BRDF's evaluation (query.wgsl), and
+// finds whether the sun is visible from it. locate.wgsl calls these functions for each pixel. Compiled after frame.wgsl, mesh.wgsl, trace.wgsl, sheet.wgsl, sunlight.wgsl and
 // query.wgsl.
 //
 // Symbols:
 //
 // - p: a point in the scene's frame, in cm;
-// - c0, c1, c2: corners of a triangle; b: barycentric coordinates of c1 and c2;
-// - n, s, t: unit vectors of the shading frame at p. n is the normal, interpolated between the corners, s the tangent
+// - c0, c1, c2: corners of a triangle; b: weights of c1 and c2, that of c0 is 1 - b.x - b.y;
+// - n, s, t: unit vectors of the shading frame at p. n is the shading normal, interpolated between corners, s the tangent
 //   along the texture coordinate u, and t the bitangent n × s;
 // - `face`: unit normal of the flat triangle;
-// - wi, wo: unit vectors to the sun and to the viewer, in the shading frame, then in the grating's frame.
+// - wi, wo: unit vectors to the sun and to the viewer. In a query they are in the grating's frame, on the ground in the
+//   scene's, since the ground has no grating.
 //
-// The shading frame has Mitsuba 3's conventions for a mesh with normals and texture coordinates, so pictures agree
-// pixel by pixel. `frame` (frame.wgsl) has the camera, the sun and the ground. Lengths are in cm.
+// The shading frame has the conventions of Mitsuba 3 for a mesh with normals and texture coordinates, so pictures agree
+// with Mitsuba's pixel by pixel. `frame` (frame.wgsl) has the camera, the sun, the ground, the grating's rotation and the
+// film's index. Lengths are in cm.
 
-// Box and axes of the sun's depth map.
+// Box and axes of the sun's depth map, in cm; `side` is the number of texels along each side.
 @group(0) @binding(9) var<uniform> sunlight: Sunlight;
-// Depths of the sun's map (sunlight.wgsl), rows from the top: 1 at the side of the map's box that faces the sun, 0
+// Depths of the sun's map (sunlight.wgsl), rows from the top, columns from the left: 1 at the side of the map's box that faces the sun, 0
 // where there is no mesh. A depth d is the coordinate 2d - 1 of `sunlight_position` along the direction to the sun.
 @group(0) @binding(10) var<storage, read> sun_depths: array<f32>;
 
 // Half the side of the square ground in cm, as in the Mitsuba scene that pictures are compared with (view.rs).
 const POINT_GROUND_HALF_SIDE_CM: f32 = 200.0;
-// Mitsuba's RayEpsilon: 1500 times half the machine epsilon of single precision, relative to coordinates in cm. Smaller
-// values let rays meet the surface that they start from; larger ones miss near occluders.
+// Mitsuba's RayEpsilon: 1500 times half the machine epsilon of single precision. `point_offset` multiplies it by 1 cm plus
+// the largest coordinate. Smaller values let rays meet the surface that they start from; larger ones miss near occluders.
 const POINT_EPSILON: f32 = 8.940697e-5;
 
-// Start of a ray from the point p of a surface with the unit normal n, towards either side. The start is moved off the
-// surface, so that the ray does not meet the surface again (Mitsuba's `offset_p`). The distance grows with the
+// Start of a ray along `direction` from the point p of a surface with the unit normal n. `direction` may be on either side
+// of the surface. The start is moved off it, so that the ray does not meet the surface again (Mitsuba's `offset_p`). The distance grows with the
 // coordinates, as their rounding errors do; the summand 1 cm keeps it above 0 at the origin.
 fn point_offset(p: vec3<f32>, n: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     let largest = max(abs(p.x), max(abs(p.y), abs(p.z)));
@@ -38,12 +40,13 @@ fn point_offset(p: vec3<f32>, n: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
 // A unit vector orthogonal to n, the tangent of triangles with degenerate texture coordinates (Duff et al., Building an
 // Orthonormal Basis, Revisited, JCGT 6(1), 2017).
 fn point_tangent(n: vec3<f32>) -> vec3<f32> {
-    let side = select(-1.0, 1.0, n.z >= 0.0);
-    let a = -1.0 / (side + n.z);
-    return vec3<f32>(1.0 + side * n.x * n.x * a, side * n.x * n.y * a, -side * n.x);
+    let sign_z = select(-1.0, 1.0, n.z >= 0.0);
+    let a = -1.0 / (sign_z + n.z);
+    return vec3<f32>(1.0 + sign_z * n.x * n.x * a, sign_z * n.x * n.y * a, -sign_z * n.x);
 }
 
-// The direction w of the shading frame in the grating's frame, which is rotated about the normal.
+// The direction w of the shading frame in the grating's frame. The latter is rotated about the normal, from s towards t, by
+// the angle with the cosine and sine `frame.rotation`.
 fn point_to_grating(w: vec3<f32>) -> vec3<f32> {
     let cos_angle = frame.rotation.x;
     let sin_angle = frame.rotation.y;
@@ -60,12 +63,12 @@ struct Point {
     face: vec3<f32>,
 }
 
-// Whether the mesh is a film.
+// Whether the mesh is a film; `film_eta` is 0 for an opaque mesh.
 fn point_is_film() -> bool {
     return frame.film_eta != 0.0;
 }
 
-// The query of the point of the mesh with the barycentric coordinates b, without sunlight: its `lit` and `sun` are 0.
+// The point of a triangle of the mesh, with its query. locate.wgsl adds the sunlight; `lit` and `sun` are 0 here.
 // `to_viewer` is a unit vector in the scene's frame.
 fn point_mesh(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3<f32>) -> Point {
     let b0 = 1.0 - b.x - b.y;
@@ -107,12 +110,12 @@ fn point_mesh(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3<
     return found;
 }
 
-// The query of a ray from the camera that meets no mesh nearer than the distance `farthest` in cm: of the ground, or of
-// QUERY_NOTHING. `ray` is a unit vector.
+// The point where a ray from the camera meets the ground nearer than the distance `farthest` in cm; else QUERY_NOTHING. The
+// ground is seen from above only. `ray` is a unit vector.
 fn point_ground(ray: vec3<f32>, farthest: f32) -> Point {
     var found: Point;
     let distance = -frame.origin.z / ray.z;
-    // Not read unless `meets_plane`: it is infinite for a horizontal ray and behind the camera for a rising one.
+    // Not read unless `meets_plane`: it may be any value for a horizontal ray, and lies behind the camera for a rising one.
     let p = frame.origin + distance * ray;
     let meets_plane = frame.has_ground != 0u && ray.z < 0.0 && frame.origin.z > 0.0;
     if meets_plane && all(abs(p.xy) <= vec2<f32>(POINT_GROUND_HALF_SIDE_CM)) && distance < farthest {
@@ -135,19 +138,18 @@ fn point_hit(ray: vec3<f32>, hit: Hit, c0: Vertex, c1: Vertex, c2: Vertex) -> Po
     return found;
 }
 
-// Largest height above the plane of a surface point, in widths of a texel, at which a depth counts as the surface
-// itself. A curved surface leaves its tangent plane by less within a texel. Chosen: larger values overlook near
+// Largest height of a depth above the plane through the surface point, in widths of a texel, at which the depth counts as
+// the surface itself. A surface with a radius of curvature above one texel is lower within a texel. Chosen: larger values overlook near
 // occluders; smaller ones need more rays.
 const POINT_SURFACE_MAX: f32 = 0.5;
 // Smallest height above the plane, in widths of a texel, at which a depth counts as an occluder that shadows the whole
 // texel. Chosen: smaller values darken points beside occluders; larger ones need more rays.
 const POINT_OCCLUDER_MIN: f32 = 2.0;
 // Smallest cosine between the normal and the sun at which the map decides. At smaller cosines one texel covers a part
-// of the plane that is more than ten texels long. Chosen: larger bounds need more rays; smaller ones leave errors of
-// shadows.
+// of the plane that is more than ten texels long. Chosen: larger values need more rays; smaller ones leave wrong shadows.
 const POINT_COSINE_MIN: f32 = 0.1;
 
-// Visibility of the sun: hidden by the mesh, or behind the surface itself.
+// Visibility of the sun: hidden by the mesh or the surface itself, or not needed since the pixel's ray meets nothing.
 const POINT_SUN_HIDDEN: u32 = 0u;
 // Visibility of the sun: visible.
 const POINT_SUN_VISIBLE: u32 = 1u;
@@ -155,8 +157,8 @@ const POINT_SUN_VISIBLE: u32 = 1u;
 const POINT_SUN_UNDECIDED: u32 = 2u;
 
 // Visibility of the sun (POINT_SUN_*) from the point p of a plane with the unit normal n, by the sun's depth map. The
-// sun is visible where the four depths around the point continue the plane or lie behind it, and hidden where all four
-// lie far in front of it. Otherwise only a ray can decide.
+// sun is visible where the four depths around the point are at most POINT_SURFACE_MAX in front of the plane, and hidden
+// where all four are at least POINT_OCCLUDER_MIN in front of it. Otherwise only a ray can decide.
 fn point_map_visibility(p: vec3<f32>, n: vec3<f32>) -> u32 {
     // Coordinates along `right`, `up` and `to_sun`, -1 to 1 inside the map's box.
     let position = sunlight_position(sunlight, p);
@@ -218,7 +220,7 @@ fn point_visibility(found: Point) -> u32 {
     return select(visibility, POINT_SUN_UNDECIDED, visibility == POINT_SUN_HIDDEN && point_is_film());
 }
 
-// Fraction of the sunlight that arrives at a point through all parts of the film, 0 to 1.
+// Fraction of the sunlight that is left at a point after every crossing of the film on its way, 0 to 1.
 fn point_sun_fraction(found: Point) -> f32 {
     return sheet_passed(point_offset(found.p, found.face, frame.to_sun), frame.to_sun, TRACE_FAR);
 }

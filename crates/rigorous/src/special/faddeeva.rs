@@ -3,15 +3,17 @@
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
-/// N of the paper that [`faddeeva`] cites. The quadrature rules have N + 1 positive nodes and the step √(π/(N + 1)).
-/// With this N their error is near that of double precision.
+/// N of M. Al Azah and S. N. Chandler-Wilde, *Computation of the complex error function using modified trapezoidal
+/// rules*, SIAM J. Numer. Anal. 59, 2021. The quadrature rules have N + 1 positive nodes and the step √(π/(N + 1)). With
+/// this N their error is near that of double precision.
 const N: usize = 11;
 
-/// `w(z) = e^{−z²} erfc(−iz)` for every complex z, to about 1e-14 of the larger of 1 and |w|.
+/// `w(z) = e^{−z²} erfc(−iz)`, to about 1e-14 of the larger of 1 and |w| for Im z ≥ 0. For Im z < 0 the rounding of
+/// e^{−z²} adds |z|²·1e-16; z must not be so far below the axis that e^{−z²} overflows.
 ///
-/// In the first quadrant the trapezium or midpoint rule integrates `(2iz/π)∫₀^∞ e^{−t²}/(z² − t²) dt`. The residue of
-/// the pole at t = z corrects the sum (Al Azah & Chandler-Wilde, SIAM J. Numer. Anal. 59, 2021). The other quadrants
-/// follow from w(−z) = 2e^{−z²} − w(z) and w(−z*) = w(z)*.
+/// In the first quadrant `(2iz/π)∫₀^∞ e^{−t²}/(z² − t²) dt` is integrated by the trapezium or the midpoint rule (see
+/// [`N`]). Where the pole t = z is near the path of integration, its residue `2e^{−z²}/(1 ± e^{−2πiz/step})` is added,
+/// with the plus sign for the midpoint rule. The other quadrants follow from w(−z) = 2e^{−z²} − w(z) and w(−z̄) = w̄(z).
 pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
     if z.im < 0.0 {
         return 2.0 * (-z * z).exp() - faddeeva(-z);
@@ -21,12 +23,12 @@ pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
     }
     let step = (PI / (N + 1) as f64).sqrt();
     let square = z * z;
-    // Far from the pole at t = z (the regions are those of the paper) the midpoint rule needs no residue.
-    let pole_is_near = z.im < z.re.max(PI / step) && z.im < PI / step + z.re;
-    // Near the pole, the midpoint rule is used where Re z is close to a node of the trapezium rule, a multiple of the
-    // step. Nodes of either rule then stay at least a quarter of a step from the pole.
-    let steps = z.re / step;
-    let is_midpoint_rule = !pole_is_near || (steps - steps.round()).abs() < 0.25;
+    // Where z is far from the real axis, the path of integration, the midpoint rule needs no residue.
+    let pole_is_near = z.im < z.re.max(PI / step);
+    // Otherwise the rule is that whose nodes are farther from Re z, at least a quarter of a step. Multiples of the step
+    // are nodes of the trapezium rule.
+    let re_in_steps = z.re / step;
+    let is_midpoint_rule = !pole_is_near || (re_in_steps - re_in_steps.round()).abs() < 0.25;
     let mut sum = Complex64::ZERO;
     for k in 0..=N {
         let node = step * if is_midpoint_rule { k as f64 + 0.5 } else { (k + 1) as f64 };
@@ -36,16 +38,16 @@ pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
     if !pole_is_near {
         return sum;
     }
-    // e^{−2πiz/step}, which depends on the position of the pole between nodes.
+    // e^{−2πiz/step}. Its argument is the position of the pole between nodes.
     let phase = (Complex64::new(0.0, -2.0 * PI / step) * z).exp();
-    // Term of the residue. `phase` overflows for Im z > 57, where the term is below rounding.
+    // The residue. `phase` overflows for Im z > 57, where the residue is below rounding.
     let correction = |divisor: Complex64| {
         if divisor.is_finite() { 2.0 * (-square).exp() / divisor } else { Complex64::ZERO }
     };
     if is_midpoint_rule {
         sum + correction(1.0 + phase)
     } else {
-        // The second term is that of the node at 0, with half the weight of the others.
+        // The second term is that of the node at 0, with half the weight of the nodes in the sum.
         sum + Complex64::new(0.0, step / PI) / z + correction(1.0 - phase)
     }
 }
@@ -54,11 +56,11 @@ pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
 mod tests {
     use super::*;
 
-    /// Bound on the error, relative to the larger of 1 and |w|: rounding, where single terms of the sum exceed the sum.
+    /// Bound on the error, relative to the larger of 1 and |w|. It is the rounding of terms that exceed their sum.
     const ERROR: f64 = 1e-14;
 
     /// References: values of mpmath 1.4 (`exp(-z*z)*erfc(-i*z)`, 30 digits), near and between the nodes of both rules.
-    /// The last is from the asymptotic series.
+    /// The last, at which `phase` overflows, is from the asymptotic series.
     #[test]
     fn agrees_with_tabulated_values() {
         for ((x, y), (re, im)) in [

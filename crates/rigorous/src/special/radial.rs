@@ -1,6 +1,6 @@
 //! Hankel and Bessel functions of kr for one wave number k, tabulated over the distance r as Chebyshev series.
 //!
-//! - Hankel: one series for each *panel* r ∈ [2^e, 2^{e+1}], in the variable x = 2r/2^e − 3 ∈ [−1, 1]. It expands
+//! - Hankel: one series for each *panel* r ∈ [2^e, 2^{e+1}] µm, in the variable x = 2r/2^e − 3 ∈ [−1, 1]. It expands
 //!   `e^{−ikr} H(kr)`, which neither oscillates nor decays exponentially.
 //! - Bessel: one series over r ∈ [0, R], in the variable x = 2(r/R)² − 1, since J₀(z) and J₁(z)/z are even in z.
 //!
@@ -11,12 +11,12 @@ use crate::Error;
 use complex_bessel::{Scaling, besselj_seq, hankel1_seq};
 use num_complex::Complex64;
 
-/// Chebyshev terms on a panel. `e^{−iz} H(z)` is singular at z = 0 only, which is x = −3. The remainder of n terms
-/// therefore falls as (3 + √8)^−n: here 2e-14.
+/// Chebyshev terms on a panel. Along z = kr, `e^{−iz} H(z)` is singular at r = 0 only, which is x = −3. The remainder of n
+/// terms, relative to the largest value on the panel, therefore falls as (3 + √8)^−n: here 2e-14.
 const PANEL_TERMS: usize = 18;
 
-/// Number of Chebyshev terms of the Bessel functions beyond their largest argument |kR|. It leaves an error of 1e-12
-/// (`RELATIVE` of the tests) relative to the largest magnitude over the range. Fewer terms leave more.
+/// Number of Chebyshev terms of the Bessel functions in addition to ⌈|kR|⌉, their largest argument. J₀ then has an error of
+/// 1e-12 (`RELATIVE` of the tests) relative to its largest magnitude over the range.
 const BESSEL_TERMS: usize = 14;
 
 /// Chebyshev coefficients of `e^{−ikr} H₀⁽¹⁾(kr)` and `e^{−ikr} H₁⁽¹⁾(kr)` on one panel.
@@ -37,12 +37,12 @@ pub(crate) struct Radial {
 }
 
 impl Radial {
-    /// Tables for distances from `min` > 0 to `max` (Hankel) and from 0 to `bessel_range` > 0 (Bessel), in µm.
+    /// Tables for distances from `r_min` > 0 to `r_max` (Hankel) and from 0 to `bessel_range` > 0 (Bessel), in µm.
     ///
     /// # Errors
     /// Functions that overflow.
-    pub(crate) fn new(wave_number: Complex64, min: f64, max: f64, bessel_range: f64) -> Result<Self, Error> {
-        let (exponent_min, exponent_max) = (binary_exponent(min), binary_exponent(max));
+    pub(crate) fn new(wave_number: Complex64, r_min: f64, r_max: f64, bessel_range: f64) -> Result<Self, Error> {
+        let (exponent_min, exponent_max) = (binary_exponent(r_min), binary_exponent(r_max));
         let panels = (exponent_min..=exponent_max).map(|e| panel(wave_number, e)).collect::<Result<Vec<_>, _>>()?;
         let terms = BESSEL_TERMS + (wave_number.norm() * bessel_range).ceil() as usize;
         let mut values = Vec::with_capacity(terms);
@@ -73,8 +73,9 @@ impl Radial {
     }
 }
 
-/// Error of the Bessel and Hankel routines: the imaginary part of kr is too large for double precision.
-const OVERFLOW: Error = Error::NotFinite { what: "a Bessel function" };
+/// Error of the Bessel and Hankel routines. Bessel functions overflow where Im kr is too large, scaled Hankel functions
+/// where |kr| is too small or too large.
+const OVERFLOW: Error = Error::NotFinite { what: "a Bessel or Hankel function" };
 
 /// Tabulates the Hankel functions on [2^exponent, 2^{exponent+1}].
 ///
@@ -112,9 +113,9 @@ fn clenshaw(coefficients: &[[Complex64; 2]], x: f64) -> [Complex64; 2] {
     // b_{n+2} and b_{n+4}: `[even or odd terms][n + 2 or n + 4][function]`.
     let mut recurrence = [[[Complex64::ZERO; 2]; 2]; 2];
     for even_and_odd in coefficients[2..].chunks(2).rev() {
-        for ([b_next, b_after], c) in recurrence.iter_mut().zip(even_and_odd) {
-            let b = [0, 1].map(|i| c[i] + b_next[i] * (2.0 * y) - b_after[i]);
-            *b_after = std::mem::replace(b_next, b);
+        for ([b_plus_2, b_plus_4], c) in recurrence.iter_mut().zip(even_and_odd) {
+            let b = [0, 1].map(|i| c[i] + b_plus_2[i] * (2.0 * y) - b_plus_4[i]);
+            *b_plus_4 = std::mem::replace(b_plus_2, b);
         }
     }
     // T₃(x) = (2y − 1)·x.
@@ -131,9 +132,9 @@ fn binary_exponent(x: f64) -> i32 {
     ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023
 }
 
-/// 2^exponent, exactly.
+/// 2^exponent, exactly, of the exponents of normal numbers: they fill the exponent bits of the IEEE 754 format.
 fn two_to(exponent: i32) -> f64 {
-    f64::powi(2.0, exponent)
+    f64::from_bits(((exponent + 1023) as u64) << 52)
 }
 
 #[cfg(test)]
@@ -148,7 +149,7 @@ mod tests {
         for k in [Complex64::new(12.0, 0.0), Complex64::new(10.0, 76.0), Complex64::new(1.4, 1.9)] {
             let table = Radial::new(k, 1e-9, 3.0, 0.4).unwrap();
             for i in 0..400 {
-                let r = 1e-9 * f64::powf(2e9, f64::from(i) / 400.0);
+                let r = 1e-9 * f64::powf(3e9, f64::from(i) / 400.0);
                 let exact = hankel1_seq(0.0, k * r, 2, Scaling::Unscaled).unwrap().values;
                 for (a, b) in table.hankel(r).iter().zip(&exact) {
                     assert!((a - b).norm() <= RELATIVE * b.norm(), "H({k} · {r}): {a}, not {b}");

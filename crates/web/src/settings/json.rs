@@ -1,4 +1,6 @@
-//! Settings as a JSON object: reading, and writing in full or without the fields that have their defaults.
+//! Reading of settings from a JSON object, and writing with all fields or with those that differ from the defaults.
+//!
+//! There are two default surfaces: the page's, in `Settings::default()`, and the library's, `SurfaceConfig::default()`.
 
 use super::Settings;
 use crate::error::WebError;
@@ -6,10 +8,12 @@ use serde::Serialize;
 use sunbeam::config::SurfaceConfig;
 
 impl Settings {
-    /// Reads and checks a JSON object.
+    /// Reads and checks a JSON object. Missing fields have the values of `Settings::default()`; those of a given
+    /// `surface` have the values of [`SurfaceConfig::default`].
     ///
     /// # Errors
-    /// [`WebError::Settings`] for settings that are unknown, of the wrong type or out of range.
+    /// [`WebError::Settings`] for a text that is no JSON, and for settings that are unknown, of the wrong type or out of
+    /// range.
     pub fn from_json(json: &str) -> Result<Self, WebError> {
         let mut value: serde_json::Value =
             serde_json::from_str(json).map_err(|error| WebError::Settings(format!("not valid JSON: {error}")))?;
@@ -17,7 +21,7 @@ impl Settings {
         let mut settings: Self =
             serde_json::from_value(value).map_err(|error| WebError::Settings(error.to_string()))?;
         if let Some(surface) = surface {
-            // Unlike serde's, the messages of the library's own reader name the parameter.
+            // The library's own reader names the faulty parameter in its messages, which serde does not.
             settings.surface = SurfaceConfig::from_json(&surface.to_string())
                 .map_err(|error| WebError::Settings(error.to_string()))?;
         }
@@ -36,20 +40,20 @@ impl Settings {
     /// from [`SurfaceConfig::default`], since [`Settings::from_json`] takes missing fields from there.
     pub fn to_compact_json(&self) -> String {
         let default = Self::default();
-        let without_surface = Self { surface: default.surface.clone(), ..self.clone() };
+        let with_default_surface = Self { surface: default.surface.clone(), ..self.clone() };
         let no_fields = || serde_json::json!({});
-        let mut kept = difference(tree(&without_surface), &tree(&default)).unwrap_or_else(no_fields);
+        let mut kept = difference(to_value(&with_default_surface), &to_value(&default)).unwrap_or_else(no_fields);
         if self.surface != default.surface {
-            let surface = difference(tree(&self.surface), &tree(&SurfaceConfig::default()));
+            let surface = difference(to_value(&self.surface), &to_value(&SurfaceConfig::default()));
             kept["surface"] = surface.unwrap_or_else(no_fields);
         }
         kept.to_string()
     }
 }
 
-/// A value as a tree of JSON values. Settings always convert, so the default, null, is never taken. Nor is the empty
-/// text in [`serialised`].
-fn tree(value: &impl Serialize) -> serde_json::Value {
+/// A value as a tree of JSON values. The conversion of settings cannot fail, so the fallbacks here (null) and in
+/// [`serialised`] (an empty text) are never used.
+fn to_value(value: &impl Serialize) -> serde_json::Value {
     serde_json::to_value(value).unwrap_or_default()
 }
 
@@ -58,14 +62,14 @@ pub(super) fn serialised(value: &impl Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default()
 }
 
-/// The fields of the object `value`, recursively, that differ from those of `from` or are missing there. `None` if
-/// there are none. Fields that only `from` has are ignored.
-fn difference(value: serde_json::Value, from: &serde_json::Value) -> Option<serde_json::Value> {
+/// The fields of the object `value` that `base` lacks or has with another value; objects are compared field by field.
+/// `None` if there are none. Fields that only `base` has are ignored, so serialisation must not skip any.
+fn difference(value: serde_json::Value, base: &serde_json::Value) -> Option<serde_json::Value> {
     use serde_json::Value;
-    match (value, from) {
+    match (value, base) {
         (Value::Object(fields), Value::Object(others)) => {
             let differs = |(name, value): (String, Value)| match others.get(&name) {
-                Some(other) => difference(value, other).map(|value| (name, value)),
+                Some(other) => difference(value, other).map(|changed| (name, changed)),
                 None => Some((name, value)),
             };
             let kept: serde_json::Map<String, Value> = fields.into_iter().filter_map(differs).collect();
