@@ -1,5 +1,5 @@
-// Code that works with every release of Mitsuba and Dr.Jit that the plugin is compiled against (`RELEASES` in build.rs).
-// Elsewhere the code follows the newest release.
+// Code that works with every release of Mitsuba and Dr.Jit that the plugin is compiled against (`RELEASES` in
+// build.rs). Elsewhere the code follows the newest release.
 #pragma once
 
 #include <string>

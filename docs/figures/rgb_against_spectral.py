@@ -45,7 +45,7 @@ WHITE = XYZ_OF_SRGB.sum(axis=1)
 
 
 def figures(budget_s: float = BUDGET_S) -> list[dict]:
-    """One row for each scene and material of the scanned surface: `scene`, `material`, and the numbers of `difference`."""
+    """One row for each scene and material of the scan: `scene`, `material`, and the numbers of `difference`."""
     surface, _ = scanned_surface()
     rows = []
     for scene in scenes():

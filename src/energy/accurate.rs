@@ -1,7 +1,7 @@
 //! Accurate quadrature of a Gaussian of the power spectrum over the hemisphere.
 //!
-//! A Gaussian far from the horizon takes a Gauss–Hermite rule, if the relief's phase changes by less than 1 rad over its
-//! standard deviation. Otherwise panels of Gauss–Legendre rules cover its part above the horizon (`quadrature.rs`).
+//! A Gaussian far from the horizon takes a Gauss–Hermite rule, if the relief's phase changes by less than 1 rad over
+//! its standard deviation. Otherwise panels of Gauss–Legendre rules cover its part above the horizon (`quadrature.rs`).
 
 use super::portion::{Incidence, Portion};
 use super::quadrature::hemisphere;
@@ -54,9 +54,9 @@ pub(super) fn integrate(
     let ends = [0, 1].map(|axis| [-GAUSSIAN_REACH, GAUSSIAN_REACH].map(|t| centre[axis] + t * sigma[axis]));
     // Whether the pixels resolve all of the Gaussian.
     let is_whole = [0, 1].iter().all(|&axis| resolved[axis][0] <= ends[axis][0] && ends[axis][1] <= resolved[axis][1]);
-    // Whether Gauss–Hermite rules are accurate for `1/cosθo` and the relief's phase. The pole of the former then lies at
-    // least 1 σ beyond the Gaussian's ends, and the phase changes by phase_per_cosine·σ·ρ/cosθo < 1 rad over σ. Both bounds
-    // are chosen.
+    // Whether Gauss–Hermite rules are accurate for `1/cosθo` and the relief's phase. The pole of the former then lies
+    // at least 1 σ beyond the Gaussian's ends, and the phase changes by phase_per_cosine·σ·ρ/cosθo < 1 rad over σ. Both
+    // bounds are chosen.
     let is_clear = 1.0 - rho > (GAUSSIAN_REACH + 1.0) * widest
         && phase_per_cosine * widest * rho < (1.0 - rho_squared).max(0.0).sqrt();
     // Whether cos²θo/σ exceeds a ratio; cos²θo = 1 − ρ².
@@ -74,8 +74,8 @@ pub(super) fn integrate(
         return;
     }
     let bounds = [0, 1].map(|axis| [ends[axis][0].max(resolved[axis][0]), ends[axis][1].min(resolved[axis][1])]);
-    // Largest widths of panels in radians. A direction cosine changes by at most the angle, so a Gaussian is no narrower
-    // in angles.
+    // Largest widths of panels in radians. A direction cosine changes by at most the angle, so a Gaussian is no
+    // narrower in angles.
     let panels = sigma.map(|sigma| (PANEL_SIGMAS * sigma).min(PANEL_PHASE_MAX / phase_per_cosine));
     // Density of the kernel at its centre, per area of direction cosines. The kernel is a Gaussian or resembles one.
     let norm = table.norm() / (wavelength_um * wavelength_um);

@@ -1,8 +1,8 @@
 //! Quadrature of the fast albedo integral (`integral.rs`): each portion of the power is divided into cells, and each
 //! cell into steps of cosθo.
 //!
-//! A portion lies around the outgoing direction cosines `λf − wi`, at the distance ρ from the origin. The horizon is the
-//! unit circle, ρ = 1, where the reflectance has the pole `1/cosθo`.
+//! A portion lies around the outgoing direction cosines `λf − wi`, at the distance ρ from the origin. The horizon is
+//! the unit circle, ρ = 1, where the reflectance has the pole `1/cosθo`.
 //!
 //! A Gaussian is divided into cells, rectangles of uniform density; a square is one cell. A cell is divided into steps
 //! of cosθo along the radius. Each step has one quadrature node, at its middle cosine. Since `dρ/cosθo = −d(cosθo)/ρ`,
@@ -20,13 +20,13 @@ const CELLS_PER_POLE: f64 = 8.0;
 const CELLS_PER_SIGMA: f64 = 70.0;
 /// Cells of a Gaussian per radian of the relief's phase over σ. Chosen: more take longer.
 const CELLS_PER_PHASE: f64 = 1.0;
-/// Largest number of cells of a Gaussian along an axis. Chosen above the sum of the numbers that a narrow Gaussian at the
-/// horizon needs.
+/// Largest number of cells of a Gaussian along an axis. Chosen above the sum of the numbers that a narrow Gaussian at
+/// the horizon needs.
 const CELLS_MAX: usize = 16;
 /// Steps of cosθo in a cell per radian of the relief's phase. Chosen: more take longer.
 const STEPS_PER_PHASE: f64 = 0.25;
-/// Steps of cosθo in a cell per relative change of `cosθi + cosθo`. Chosen: with 6 an albedo of 1.0017 remains on a flat
-/// relief at 74°.
+/// Steps of cosθo in a cell per relative change of `cosθi + cosθo`. Chosen: with 6 an albedo of 1.0017 remains on a
+/// flat relief at 74°.
 const STEPS_PER_COSINE: f64 = 16.0;
 /// Largest number of steps in a cell. Chosen: more take longer.
 const STEPS_MAX: f64 = 64.0;

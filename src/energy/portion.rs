@@ -14,7 +14,8 @@ use std::collections::BTreeMap;
 /// takes longer.
 const SEPARATE_MAX: usize = 640;
 /// Number of the strongest narrow Gaussians that stay separate where others are summed. Chosen: a larger number is more
-/// accurate but takes longer. With 16, albedos of the preset *Xenopeltis*, a snake's skin, err by 4 % (root mean square).
+/// accurate but takes longer. With 16, albedos of the preset *Xenopeltis*, a snake's skin, err by 4 % (root mean
+/// square).
 const STRONGEST: usize = 200;
 /// Number of the strongest Gaussians that stay separate in a continuous spectrum, where they are hardly narrower than
 /// the squares. Chosen: 200 double the time for the albedo table of a measured relief.
@@ -23,8 +24,8 @@ const STRONGEST_OF_CONTINUOUS: usize = 16;
 /// keep more of the nodes' frequencies.
 const NARROW_SIDE_PER_UM: f64 = 0.14;
 /// Standard deviation in direction cosines, at [`TYPICAL_WAVELENGTH_UM`] and along the axis where it is larger, above
-/// which a Gaussian counts as wide. All wide Gaussians are summed in squares. Chosen: they overlap their neighbours, and
-/// a square serves several of them.
+/// which a Gaussian counts as wide. All wide Gaussians are summed in squares. Chosen: they overlap their neighbours,
+/// and a square serves several of them.
 const WIDE_SIGMA: f64 = 0.04;
 /// Side of the squares for wide Gaussians, in their standard deviations. With 0.8, albedos at a coherence length of
 /// 1 µm err by 1.7 % (root mean square) instead of 1.3 %.

@@ -31,8 +31,8 @@ pub(super) fn peak_cosine(sigma: f64) -> f64 {
 }
 
 impl Ridge {
-    /// Centre of a Gaussian at the frequency `f` in cycles/µm, moved along the radius onto the ridge if the ridge crosses
-    /// the box. `sigma` is its larger standard deviation in direction cosines.
+    /// Centre of a Gaussian at the frequency `f` in cycles/µm, moved along the radius onto the ridge if the ridge
+    /// crosses the box. `sigma` is its larger standard deviation in direction cosines.
     pub(super) fn moved(&self, centre: [f64; 2], f: [f64; 2], sigma: f64) -> [f64; 2] {
         // Order 0, in the mirror direction, never passes the horizon.
         if f == [0.0; 2] {
@@ -43,8 +43,8 @@ impl Ridge {
         // Changes of ρ from the middle of the box to its sides: `centre = λf − wi` is linear in wi and λ.
         let along_radius = |[x, y]: [f64; 2]| (centre[0] * x + centre[1] * y) / rho;
         let [first_axis, second_axis] = self.half_sides.map(along_radius);
-        // Largest change of ρ within the ellipsoid that touches the box's sides, less σ: a Gaussian so close to the ridge
-        // covers it without being moved. It is NaN for ρ = 0, where the comparison below is false.
+        // Largest change of ρ within the ellipsoid that touches the box's sides, less σ: a Gaussian so close to the
+        // ridge covers it without being moved. It is NaN for ρ = 0, where the comparison below is false.
         let reach = length([length([first_axis, second_axis]), self.half_range_um * along_radius(f)]) - sigma;
         if (rho - ridge_rho).abs() < reach { centre.map(|c| c * ridge_rho / rho) } else { centre }
     }

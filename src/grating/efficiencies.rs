@@ -1,8 +1,8 @@
 //! Look-up in the table of efficiencies: trilinear interpolation in the wavelength and in a wave's position within its
 //! cell. The WGSL twin is in `src/methods/grating.wgsl`.
 //!
-//! - A *cell* is a region of incident waves in which the same orders propagate (`layout.rs`). (p, q) is the position in it,
-//!   0 to 1 each (`cell_position.rs`).
+//! - A *cell* is a region of incident waves in which the same orders propagate (`layout.rs`). (p, q) is the position in
+//!   it, 0 to 1 each (`cell_position.rs`).
 //! - A *channel* is an order on one side of the relief (`channels.rs`).
 //! - Other symbols are those of `mod.rs`.
 //!
@@ -28,8 +28,9 @@ pub(super) struct EfficiencyView<N: Numbers> {
     pub words: N::Words,
 }
 
-/// Upper bounds of `|a + m|` at which order m propagates. `a + m` is its wave number along x in units of 2π/d, where a is
-/// the incident wave's. The bounds are `t = (d/λ)·√(1 − ky²/k²)` in the air and `tm = (d/λ)·√(n² − ky²/k²)` in a medium of index n.
+/// Upper bounds of `|a + m|` at which order m propagates. `a + m` is its wave number along x in units of 2π/d, where a
+/// is the incident wave's. The bounds are `t = (d/λ)·√(1 − ky²/k²)` in the air and `tm = (d/λ)·√(n² − ky²/k²)` in a
+/// medium of index n.
 pub(super) struct Bounds<N: Numbers> {
     /// Bound over which the wave's cells are defined: t, or tm where no order propagates in the air.
     of_cells: N::Double,
@@ -117,8 +118,8 @@ impl<N: Numbers> EfficiencyView<N> {
         Row { offsets: [0, 4].map(|first| std::array::from_fn(|bits| offset(first + bits))), fractions }
     }
 
-    /// Bounds at a ratio ky/k, which do not depend on the wave number along x. `periods` is d/λ. The ratio may exceed 1 in
-    /// magnitude in the medium, since k is the wave number in air.
+    /// Bounds at a ratio ky/k, which do not depend on the wave number along x. `periods` is d/λ. The ratio may exceed 1
+    /// in magnitude in the medium, since k is the wave number in air.
     #[inline(always)]
     pub(super) fn bounds(&self, periods: N::Double, ky_over_k: N::Double) -> Bounds<N> {
         let Below::Interface(InterfaceCells { eta, .. }) = self.layout.below else {
@@ -154,13 +155,13 @@ impl<N: Numbers> EfficiencyView<N> {
         let in_air = cell_among(position.cell + double(1.0), air_cells);
         let in_medium = cell_among(position.cell, cells - air_cells) + N::Index::lit(air_cells);
         let cell = N::Index::select(is_beyond_air, in_medium, in_air);
-        // The words after the offsets of all cells have each cell's `extra`, the number of further orders that propagate in
-        // the medium at either end of the range ([`InterfaceCells`]).
+        // The words after the offsets of all cells have each cell's `extra`, the number of further orders that
+        // propagate in the medium at either end of the range ([`InterfaceCells`]).
         let first_extra = N::Index::lit(self.layout.wavelengths * cells);
         let [extra] = N::gather::<1>(self.words, first_extra + cell, active);
         let extra = N::widen(N::real(extra));
-        // Number of orders within the bound that defines the cell. They propagate below, with `extra` more at either end,
-        // and above unless the cell lies beyond the air.
+        // Number of orders within the bound that defines the cell. They propagate below, with `extra` more at either
+        // end, and above unless the cell lies beyond the air.
         let orders = position.cell + double(1.0);
         let side_counts = [N::Double::select(is_beyond_air, double(0.0), orders), orders + extra * double(2.0)];
         // The incident wave, m = 0, is number `incident` of these orders, counted from the lowest.

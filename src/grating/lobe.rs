@@ -70,8 +70,8 @@ pub(super) trait MayTransmit {
     fn transmits(&self) -> bool;
 }
 
-/// Sides of a grating's lobe. Samples come from a mixture of `draw` and uniform directions (`lobe/mixture.rs`). At a body
-/// that transmits:
+/// Sides of a grating's lobe. Samples come from a mixture of `draw` and uniform directions (`lobe/mixture.rs`). At a
+/// body that transmits:
 ///
 /// - `draw` decides on the side and the order at once, and returns the side in the sign of z.
 /// - `choose` divides the uniform part, `u[0] < UNIFORM_FRACTION`, equally between the sides.
@@ -116,7 +116,8 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
     }
 
     /// Density of `draw` in 1/sr: the mean of the orders' Gaussians over frequency, weighted by their efficiencies at
-    /// `wi`, as in `draw`. At a body that transmits, twice this density, since callers multiply by the side's probability ½.
+    /// `wi`, as in `draw`. At a body that transmits, twice this density, since callers multiply by the side's
+    /// probability ½.
     #[inline(always)]
     fn density(&self, &[wi, wo]: &[[N::Real; 3]; 2], nm: N::Real, active: N::Mask) -> N::Real {
         let zero = N::Real::lit(0.0);
@@ -226,8 +227,8 @@ impl<N: Numbers> GratingLobe<'_, N> {
     /// `n²·Σ_m g_m·K(f − f_m)/λ²` over the orders, with the index n of the medium of `wo`. `quantity` computes `R`
     /// quantities `g_m` of an order at once.
     ///
-    /// For each order m both directions are moved by half of the difference between f and f_m, so that the moved `wo` is
-    /// exactly the direction of the order. Exchanging the directions then gives the reversed path, and `f_r/n²` is
+    /// For each order m both directions are moved by half of the difference between f and f_m, so that the moved `wo`
+    /// is exactly the direction of the order. Exchanging the directions then gives the reversed path, and `f_r/n²` is
     /// reciprocal.
     #[inline(always)]
     fn sum_orders<const R: usize>(

@@ -1,10 +1,10 @@
 //! The solver behind the tables of reflectors: an [`OrderSolver`] that calls `sunbeam-rigorous` (symbols: `mod.rs`).
 //! Its meshes also serve the solvers of films and interfaces.
 //!
-//! At a point (t, b), t is the bound of the propagating orders' wave numbers along x, and b their Bloch wave number. Both
-//! are in units of 2π over the period d. The ratio ky/k is the component of a wave vector along the grooves over its
-//! length. At wavelengths above d/t ky is imaginary. The solution there is the analytic continuation that interpolation
-//! between wavelengths needs (`order_solver.rs`); it does not conserve power.
+//! At a point (t, b), t is the bound of the propagating orders' wave numbers along x, and b their Bloch wave number.
+//! Both are in units of 2π over the period d. The ratio ky/k is the component of a wave vector along the grooves over
+//! its length. At wavelengths above d/t ky is imaginary. The solution there is the analytic continuation that
+//! interpolation between wavelengths needs (`order_solver.rs`); it does not conserve power.
 //!
 //! A *mesh* is a set of nodes on the profile at which fields are solved. The *power balance* of a solution is the
 //! condition that the incident power is that reflected and, in a medium that absorbs, absorbed.
@@ -20,14 +20,14 @@ use sunbeam_rigorous::{
     Air, Amplitudes, Discretisation, KY_SQUARED_RANGE, Medium, MetalTable, Profile, Resolution, check_size,
 };
 
-/// Largest accepted error of the power balance at a solved point: the power missing as a fraction of the incident power,
-/// times the largest cosine of incidence at its `t`.
+/// Largest accepted error of the power balance at a solved point: the power missing as a fraction of the incident
+/// power, times the largest cosine of incidence at its `t`.
 ///
 /// Chosen as about a tenth of the error of an order in the tables; smaller values need larger meshes. The cosine allows
 /// for more where it is small: light along the grooves carries a small fraction of the power that falls on a surface.
 pub(super) const IMBALANCE_MAX: f64 = 1e-3;
-/// Largest number of doublings of the nodes; they are doubled until the power balance holds. The cost of a solution grows
-/// as the cube of the number of nodes.
+/// Largest number of doublings of the nodes; they are doubled until the power balance holds. The cost of a solution
+/// grows as the cube of the number of nodes.
 pub(super) const DOUBLINGS: usize = 3;
 
 /// Wavelengths in nm for which the number of nodes is determined. Refractive indices change little within a step, which
@@ -47,7 +47,8 @@ pub(super) fn sufficient_resolution(
     let mut resolution = Resolution { nodes: 0, oversampling: 1 };
     for nm in RESOLVED_NM {
         let medium = medium_at(index, nm)?;
-        // The last argument is ky/k. 0 gives the largest wave numbers across the grooves, and so covers every direction.
+        // The last argument is ky/k. 0 gives the largest wave numbers across the grooves, and so covers every
+        // direction.
         check_size(profile, &medium, nm, 0.0)?;
         let required = Resolution::new(profile, &medium, nm)?;
         resolution.nodes = resolution.nodes.max(required.nodes);
@@ -177,8 +178,8 @@ impl<'a> RigorousSolver<'a> {
         extract: impl Fn(&Amplitudes, f64) -> Vec<T>,
     ) -> Result<Vec<Vec<T>>, GratingError> {
         let air = self.meshes.first.air(t, b)?;
-        // At given t and b, a perfect conductor's orders do not depend on the wavelength, and one is solved. The longest
-        // with a real ky is that at which `imbalance` is strictest.
+        // At given t and b, a perfect conductor's orders do not depend on the wavelength, and one is solved. The
+        // longest with a real ky is that at which `imbalance` is strictest.
         let are_real = wavelengths_nm.iter().copied().filter(|&nm| self.ky_squared_ratio(t, nm) >= 0.0);
         let one_nm = [are_real.reduce(f64::max).unwrap_or(wavelengths_nm[0])];
         let solved_nm = if self.index.is_some() { wavelengths_nm } else { &one_nm };
@@ -192,7 +193,8 @@ impl<'a> RigorousSolver<'a> {
             }
             extracted.push(extract(&amplitudes, ky_squared_ratio));
         }
-        // The other wavelengths of a perfect conductor, whose orders do not convert Ey to Hy and so do not depend on ky.
+        // The other wavelengths of a perfect conductor, whose orders do not convert Ey to Hy and so do not depend on
+        // ky.
         extracted.resize(wavelengths_nm.len(), extracted.last().cloned().unwrap_or_default());
         Ok(extracted)
     }
@@ -202,8 +204,8 @@ impl<'a> RigorousSolver<'a> {
         amplitudes.balance_error() * self.kappa_over_k(t, nm).min(1.0)
     }
 
-    /// Ratio of κ, the wave number in the xz plane, to k, at `t` and a wavelength in nm: `κ/k = tλ/d = √(1 − ky²/k²)`. It
-    /// is the largest cosine of incidence, and exceeds 1 for imaginary ky.
+    /// Ratio of κ, the wave number in the xz plane, to k, at `t` and a wavelength in nm: `κ/k = tλ/d = √(1 − ky²/k²)`.
+    /// It is the largest cosine of incidence, and exceeds 1 for imaginary ky.
     fn kappa_over_k(&self, t: f64, nm: f64) -> f64 {
         t / (1e3 * self.meshes.profile.period_um() / nm)
     }

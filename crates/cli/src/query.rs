@@ -4,8 +4,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sunbeam::scattering::{Vec3, unit_vector};
 
-/// One number or an array of numbers: wavelengths, or the values at wavelengths. The answer to a number is a number, that
-/// to an array an array.
+/// One number or an array of numbers: wavelengths, or the values at wavelengths. The answer to a number is a number,
+/// that to an array an array.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "expected a number or an array of numbers")]
 pub(crate) enum Numbers {
@@ -80,7 +80,8 @@ fn without_line_number(error: &serde_json::Error) -> String {
     error.to_string().replace(" at line 1 column ", " at column ")
 }
 
-/// Checks that a direction has three components and a length near 1, and normalises it. `name` is the name of its field, for messages.
+/// Checks that a direction has three components and a length near 1, and normalises it. `name` is the name of its
+/// field, for messages.
 ///
 /// # Errors
 /// A number of components other than three, or a length that differs from 1 by more than

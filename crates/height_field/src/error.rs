@@ -21,9 +21,9 @@ pub enum HeightFieldError {
     /// array or file they came from.
     #[error("the height at row {row}, column {column} is {value}; every height must be finite")]
     NotFinite { row: usize, column: usize, value: f64 },
-    /// An array has points without a height and the fill is [`Fill::None`](crate::Fill::None), or no point has a height.
-    /// Row and column of the first count from 0, in the order of the array. `isolated` is a part of the message: empty,
-    /// or "; " and a list of numbers far outside the range of all heights, which mark missing points.
+    /// An array has points without a height and the fill is [`Fill::None`](crate::Fill::None), or no point has a
+    /// height. Row and column of the first count from 0, in the order of the array. `isolated` is a part of the
+    /// message: empty, or "; " and a list of numbers far outside the range of all heights, which mark missing points.
     #[error(
         "{count} of {total} heights are missing (NaN, infinite, 1e30 or more in magnitude, or masked{isolated}), the \
          first at row {row}, column {column}; {}",

@@ -1,9 +1,9 @@
 //! Limits on the size of a problem, checked before anything is solved.
 //!
-//! The periodic Green's function, a sum over the images of a source in all periods, is interpolated by polynomials of at
-//! most 400 terms across the grooves (x) and in height (z) (`TERMS_MAX` of [`lattice_sum`](crate::lattice_sum)). This
-//! limits the period and the height of the relief, in wavelengths across the grooves in each medium. The profile's curve
-//! has at most [`NODES_MAX`] nodes.
+//! The periodic Green's function, a sum over the images of a source in all periods, is interpolated by polynomials of
+//! at most 400 terms across the grooves (x) and in height (z) (`TERMS_MAX` of [`lattice_sum`](crate::lattice_sum)).
+//! This limits the period and the height of the relief, in wavelengths across the grooves in each medium. The profile's
+//! curve has at most [`NODES_MAX`] nodes.
 
 use crate::discretisation::NODES_MAX;
 use crate::error::positive;
@@ -16,8 +16,8 @@ use std::f64::consts::TAU;
 /// Largest period in wavelengths across the grooves, 2π/|κ|, in a medium.
 ///
 /// 400 terms suffice for 109 wavelengths (`nodes_needed` in `lattice_sum.rs`; measured: up to 109.8). The margin is for
-/// tables over directions. Their cells extend beyond the horizon, where κ is larger than for any direction: a period has
-/// up to one wavelength more there.
+/// tables over directions. Their cells extend beyond the horizon, where κ is larger than for any direction: a period
+/// has up to one wavelength more there.
 pub(crate) const PERIOD_WAVES_MAX: f64 = 108.0;
 
 /// Largest height of a relief in wavelengths across the grooves, 2π/|κ|, in a medium.

@@ -24,8 +24,10 @@ export function direction(theta_deg, phi_deg) {
   return [sine * Math.cos(phi_deg * DEGREE), sine * Math.sin(phi_deg * DEGREE), Math.cos(theta_deg * DEGREE)];
 }
 
-/** Angle to the normal and azimuth of a unit vector, {theta_deg, phi_deg}; the azimuth lies in (−180, 180]. Within 1e-9 of
- * the z axis, where it is not defined, it is 0. */
+/**
+ * Angle to the normal and azimuth of a unit vector, {theta_deg, phi_deg}; the azimuth lies in (−180, 180]. Within 1e-9
+ * of the z axis, where it is not defined, it is 0.
+ */
 export function angles([x, y, z]) {
   const theta_deg = Math.acos(Math.min(1, Math.max(-1, z))) / DEGREE;
   const isOnAxis = Math.hypot(x, y) < 1e-9;
@@ -39,8 +41,10 @@ export function halfway(wi, wo) {
   return length > 0 ? sum.map((value) => value / length) : [0, 0, 1];
 }
 
-/** Direction at a point of the map's square, null outside the disc. Coordinates are fractions of the side, from the upper
- * left corner. */
+/**
+ * Direction at a point of the map's square, null outside the disc. Coordinates are fractions of the side, from the
+ * upper left corner.
+ */
 export function directionAt(right, down) {
   const [x, y] = [2 * right - 1, 1 - 2 * down];
   const radiusSquared = x * x + y * y;
@@ -65,8 +69,8 @@ export class MapView {
   #half = svg("path", { class: "half", d: "M0-.055 .055 0 0 .055-.055 0Z" });
 
   /**
-   * Puts a grid and hidden marks into the SVG element `marks`, whose unit is the disc's radius, and listens to events of
-   * `canvas`. `onDirection` is called with the direction, a unit vector, under the pointer or chosen by arrow keys.
+   * Puts a grid and hidden marks into the SVG element `marks`, whose unit is the disc's radius, and listens to events
+   * of `canvas`. `onDirection` is called with the direction, a unit vector, under the pointer or chosen by arrow keys.
    */
   constructor(canvas, marks, onDirection) {
     this.#canvas = canvas;
@@ -99,8 +103,10 @@ export class MapView {
     this.#canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(rgba.buffer), side, side), 0, 0);
   }
 
-  /** Marks the mirror direction of the light, the viewer, and the half vector of light and viewer. A direction that is
-   * null hides the marks that need it. */
+  /**
+   * Marks the mirror direction of the light, the viewer, and the half vector of light and viewer. A direction that is
+   * null hides the marks that need it.
+   */
   mark(wi, wo) {
     if (wo) this.#current = [wo[0], wo[1]];
     const put = (element, point) => {

@@ -30,8 +30,8 @@ pub(crate) struct ViewArgs {
     /// Width and height of the window
     #[arg(long, value_name = "WxH", default_value = "1240x840")]
     size: Size,
-    /// Where S saves the picture for the screen (.png), and beside it the linear picture as .exr; an existing file is not
-    /// overwritten [default: sunbeam.png]
+    /// Where S saves the picture for the screen (.png), and beside it the linear picture as .exr; an existing file is
+    /// not overwritten [default: sunbeam.png]
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
     screenshot: Option<Output>,
     /// Exposure in stops; each doubles the brightness, negative values darken

@@ -14,8 +14,8 @@ pub(super) fn error_map(shown: &DisplayPair) -> Vec<f32> {
     nv_flip::flip(a, b, DEFAULT_PIXELS_PER_DEGREE).to_vec()
 }
 
-/// The map `errors` in the colours "magma", dark for 0 and bright for 1, as 8-bit sRGB by rows from the top. `size` is its
-/// width and height.
+/// The map `errors` in the colours "magma", dark for 0 and bright for 1, as 8-bit sRGB by rows from the top. `size` is
+/// its width and height.
 pub(super) fn coloured(size: (usize, usize), errors: &[f32]) -> Vec<u8> {
     let (width, height) = size_in_32_bits(size);
     FlipImageFloat::with_data(width, height, errors).apply_color_lut(&magma_lut()).to_vec()

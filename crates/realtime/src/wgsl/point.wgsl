@@ -1,36 +1,39 @@
 // Turns the point that a ray from the camera meets into a query, the input of the BRDF's evaluation (query.wgsl), and
-// finds whether the sun is visible from it. locate.wgsl calls these functions for each pixel. Compiled after frame.wgsl, mesh.wgsl, trace.wgsl, sheet.wgsl, sunlight.wgsl and
-// query.wgsl.
+// finds whether the sun is visible from it. locate.wgsl calls these functions for each pixel. Compiled after
+// frame.wgsl, mesh.wgsl, trace.wgsl, sheet.wgsl, sunlight.wgsl and query.wgsl.
 //
 // Symbols:
 //
 // - p: a point in the scene's frame, in cm;
 // - c0, c1, c2: corners of a triangle; b: weights of c1 and c2, that of c0 is 1 - b.x - b.y;
-// - n, s, t: unit vectors of the shading frame at p. n is the shading normal, interpolated between corners, s the tangent
-//   along the texture coordinate u, and t the bitangent n × s;
+// - n, s, t: unit vectors of the shading frame at p. n is the shading normal, interpolated between corners, s the
+//   tangent along the texture coordinate u, and t the bitangent n × s;
 // - `face`: unit normal of the flat triangle;
 // - wi, wo: unit vectors to the sun and to the viewer. In a query they are in the grating's frame, on the ground in the
 //   scene's, since the ground has no grating.
 //
 // The shading frame has the conventions of Mitsuba 3 for a mesh with normals and texture coordinates, so pictures agree
-// with Mitsuba's pixel by pixel. `frame` (frame.wgsl) has the camera, the sun, the ground, the grating's rotation and the
-// film's index. Lengths are in cm.
+// with Mitsuba's pixel by pixel. `frame` (frame.wgsl) has the camera, the sun, the ground, the grating's rotation and
+// the film's index. Lengths are in cm.
 
 // Box and axes of the sun's depth map, in cm; `side` is the number of texels along each side.
 @group(0) @binding(9) var<uniform> sunlight: Sunlight;
-// Depths of the sun's map (sunlight.wgsl), rows from the top, columns from the left: 1 at the side of the map's box that faces the sun, 0
-// where there is no mesh. A depth d is the coordinate 2d - 1 of `sunlight_position` along the direction to the sun.
+// Depths of the sun's map (sunlight.wgsl), rows from the top, columns from the left: 1 at the side of the map's box
+// that faces the sun, 0 where there is no mesh. A depth d is the coordinate 2d - 1 of `sunlight_position` along the
+// direction to the sun.
 @group(0) @binding(10) var<storage, read> sun_depths: array<f32>;
 
 // Half the side of the square ground in cm, as in the Mitsuba scene that pictures are compared with (view.rs).
 const POINT_GROUND_HALF_SIDE_CM: f32 = 200.0;
-// Mitsuba's RayEpsilon: 1500 times half the machine epsilon of single precision. `point_offset` multiplies it by 1 cm plus
-// the largest coordinate. Smaller values let rays meet the surface that they start from; larger ones miss near occluders.
+// Mitsuba's RayEpsilon: 1500 times half the machine epsilon of single precision. `point_offset` multiplies it by 1 cm
+// plus the largest coordinate. Smaller values let rays meet the surface that they start from; larger ones miss near
+// occluders.
 const POINT_EPSILON: f32 = 8.940697e-5;
 
-// Start of a ray along `direction` from the point p of a surface with the unit normal n. `direction` may be on either side
-// of the surface. The start is moved off it, so that the ray does not meet the surface again (Mitsuba's `offset_p`). The distance grows with the
-// coordinates, as their rounding errors do; the summand 1 cm keeps it above 0 at the origin.
+// Start of a ray along `direction` from the point p of a surface with the unit normal n. `direction` may be on either
+// side of the surface. The start is moved off it, so that the ray does not meet the surface again (Mitsuba's
+// `offset_p`). The distance grows with the coordinates, as their rounding errors do; the summand 1 cm keeps it above 0
+// at the origin.
 fn point_offset(p: vec3<f32>, n: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     let largest = max(abs(p.x), max(abs(p.y), abs(p.z)));
     let distance = (1.0 + largest) * POINT_EPSILON;
@@ -45,8 +48,8 @@ fn point_tangent(n: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(1.0 + sign_z * n.x * n.x * a, sign_z * n.x * n.y * a, -sign_z * n.x);
 }
 
-// The direction w of the shading frame in the grating's frame. The latter is rotated about the normal, from s towards t, by
-// the angle with the cosine and sine `frame.rotation`.
+// The direction w of the shading frame in the grating's frame. The latter is rotated about the normal, from s towards
+// t, by the angle with the cosine and sine `frame.rotation`.
 fn point_to_grating(w: vec3<f32>) -> vec3<f32> {
     let cos_angle = frame.rotation.x;
     let sin_angle = frame.rotation.y;
@@ -110,12 +113,13 @@ fn point_mesh(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3<
     return found;
 }
 
-// The point where a ray from the camera meets the ground nearer than the distance `farthest` in cm; else QUERY_NOTHING. The
-// ground is seen from above only. `ray` is a unit vector.
+// The point where a ray from the camera meets the ground nearer than the distance `farthest` in cm; else QUERY_NOTHING.
+// The ground is seen from above only. `ray` is a unit vector.
 fn point_ground(ray: vec3<f32>, farthest: f32) -> Point {
     var found: Point;
     let distance = -frame.origin.z / ray.z;
-    // Not read unless `meets_plane`: it may be any value for a horizontal ray, and lies behind the camera for a rising one.
+    // Not read unless `meets_plane`: it may be any value for a horizontal ray, and lies behind the camera for a rising
+    // one.
     let p = frame.origin + distance * ray;
     let meets_plane = frame.has_ground != 0u && ray.z < 0.0 && frame.origin.z > 0.0;
     if meets_plane && all(abs(p.xy) <= vec2<f32>(POINT_GROUND_HALF_SIDE_CM)) && distance < farthest {
@@ -138,15 +142,16 @@ fn point_hit(ray: vec3<f32>, hit: Hit, c0: Vertex, c1: Vertex, c2: Vertex) -> Po
     return found;
 }
 
-// Largest height of a depth above the plane through the surface point, in widths of a texel, at which the depth counts as
-// the surface itself. A surface with a radius of curvature above one texel is lower within a texel. Chosen: larger values overlook near
-// occluders; smaller ones need more rays.
+// Largest height of a depth above the plane through the surface point, in widths of a texel, at which the depth counts
+// as the surface itself. A surface with a radius of curvature above one texel is lower within a texel. Chosen: larger
+// values overlook near occluders; smaller ones need more rays.
 const POINT_SURFACE_MAX: f32 = 0.5;
 // Smallest height above the plane, in widths of a texel, at which a depth counts as an occluder that shadows the whole
 // texel. Chosen: smaller values darken points beside occluders; larger ones need more rays.
 const POINT_OCCLUDER_MIN: f32 = 2.0;
 // Smallest cosine between the normal and the sun at which the map decides. At smaller cosines one texel covers a part
-// of the plane that is more than ten texels long. Chosen: larger values need more rays; smaller ones leave wrong shadows.
+// of the plane that is more than ten texels long. Chosen: larger values need more rays; smaller ones leave wrong
+// shadows.
 const POINT_COSINE_MIN: f32 = 0.1;
 
 // Visibility of the sun: hidden by the mesh or the surface itself, or not needed since the pixel's ray meets nothing.

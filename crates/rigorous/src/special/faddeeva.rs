@@ -4,8 +4,8 @@ use num_complex::Complex64;
 use std::f64::consts::PI;
 
 /// N of M. Al Azah and S. N. Chandler-Wilde, *Computation of the complex error function using modified trapezoidal
-/// rules*, SIAM J. Numer. Anal. 59, 2021. The quadrature rules have N + 1 positive nodes and the step √(π/(N + 1)). With
-/// this N their error is near that of double precision.
+/// rules*, SIAM J. Numer. Anal. 59, 2021. The quadrature rules have N + 1 positive nodes and the step √(π/(N + 1)).
+/// With this N their error is near that of double precision.
 const N: usize = 11;
 
 /// `w(z) = e^{−z²} erfc(−iz)`, to about 1e-14 of the larger of 1 and |w| for Im z ≥ 0. For Im z < 0 the rounding of
@@ -13,7 +13,8 @@ const N: usize = 11;
 ///
 /// In the first quadrant `(2iz/π)∫₀^∞ e^{−t²}/(z² − t²) dt` is integrated by the trapezium or the midpoint rule (see
 /// [`N`]). Where the pole t = z is near the path of integration, its residue `2e^{−z²}/(1 ± e^{−2πiz/step})` is added,
-/// with the plus sign for the midpoint rule. The other quadrants follow from w(−z) = 2e^{−z²} − w(z) and w(−z̄) = w̄(z).
+/// with the plus sign for the midpoint rule. The other quadrants follow from w(−z) = 2e^{−z²} − w(z) and w(−z̄) =
+/// w̄(z).
 pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
     if z.im < 0.0 {
         return 2.0 * (-z * z).exp() - faddeeva(-z);

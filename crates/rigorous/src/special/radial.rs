@@ -11,12 +11,12 @@ use crate::Error;
 use complex_bessel::{Scaling, besselj_seq, hankel1_seq};
 use num_complex::Complex64;
 
-/// Chebyshev terms on a panel. Along z = kr, `e^{−iz} H(z)` is singular at r = 0 only, which is x = −3. The remainder of n
-/// terms, relative to the largest value on the panel, therefore falls as (3 + √8)^−n: here 2e-14.
+/// Chebyshev terms on a panel. Along z = kr, `e^{−iz} H(z)` is singular at r = 0 only, which is x = −3. The remainder
+/// of n terms, relative to the largest value on the panel, therefore falls as (3 + √8)^−n: here 2e-14.
 const PANEL_TERMS: usize = 18;
 
-/// Number of Chebyshev terms of the Bessel functions in addition to ⌈|kR|⌉, their largest argument. J₀ then has an error of
-/// 1e-12 (`RELATIVE` of the tests) relative to its largest magnitude over the range.
+/// Number of Chebyshev terms of the Bessel functions in addition to ⌈|kR|⌉, their largest argument. J₀ then has an
+/// error of 1e-12 (`RELATIVE` of the tests) relative to its largest magnitude over the range.
 const BESSEL_TERMS: usize = 14;
 
 /// Chebyshev coefficients of `e^{−ikr} H₀⁽¹⁾(kr)` and `e^{−ikr} H₁⁽¹⁾(kr)` on one panel.

@@ -12,8 +12,8 @@ impl Settings {
     /// `surface` have the values of [`SurfaceConfig::default`].
     ///
     /// # Errors
-    /// [`WebError::Settings`] for a text that is no JSON, and for settings that are unknown, of the wrong type or out of
-    /// range.
+    /// [`WebError::Settings`] for a text that is no JSON, and for settings that are unknown, of the wrong type or out
+    /// of range.
     pub fn from_json(json: &str) -> Result<Self, WebError> {
         let mut value: serde_json::Value =
             serde_json::from_str(json).map_err(|error| WebError::Settings(format!("not valid JSON: {error}")))?;
