@@ -4,37 +4,23 @@
 //! the two directions: `O·M`, or `Q·M` in small-slope theory. O is the obliquity factor, Q the small-slope factor and M
 //! the V-cavity factor of shadowing (docs/model.md#the-reflectance).
 //!
-//! A portion of the power (`portion.rs`) has the power `P(κ)` at the phase rate κ, spread around a frequency. The fast
-//! integral divides portions into cells (`cells.rs`). The accurate one takes the Gaussian of each node of the table
-//! (`accurate.rs`).
-//!
-//! A *ridge* is a narrow maximum of the albedo along the incidences from which an order leaves along the surface.
-//! Tables of the albedo treat such an order as if it left slightly above the surface, at one of a few cosines
-//! ([`Ridge`]).
+//! A portion of the power (`portion.rs`) has the power `P(κ)` at the phase rate κ, spread around a frequency
+//! (`quadrature.rs`). The fast integral has few portions; the accurate one has the Gaussian of each node of the table,
+//! and a finer quadrature.
 //!
 //! A resized relief has its pattern s times as wide and its heights d times as large as the table's. Frequencies then
 //! follow from λ' = λ/s, and the phase rate κ from λ" = λ/d (`scattering/size.rs`). The wavelengths that callers pass
 //! are λ'. Without resizing λ, λ' and λ" are equal. w is `cosθi + cosθo`.
 
-use super::accurate;
-use super::cells::Divisions;
 use super::portion::{Incidence, Portion, is_continuous, node_gaussians, portions};
-use super::ridge::{Ridge, peak_cosine};
+use super::quadrature::integrate;
 use crate::numeric::{Number, Real, Values};
-use crate::scattering::{COSINE_MIN, ComplexIndex, Obliquity, Options, SpectralIndex, TYPICAL_WAVELENGTH_UM, Vec3};
-use crate::table::{LatticeAxis, NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MIN_NM};
+use crate::scattering::{COSINE_MIN, Obliquity, Options, SpectralIndex, Vec3};
+use crate::table::{NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MIN_NM};
 use std::f64::consts::TAU;
 
-/// Largest cosθo at which orders on a ridge are counted. Smaller values leave larger albedos (0.3 leaves 1.05 on a
-/// steep sinusoid); larger ones take longer.
-const RIDGE_COSINE_MAX: f64 = 0.45;
-/// Largest ratio of neighbouring [`AlbedoIntegral::ridge_cosines`]. It leaves albedos of 1.005 on a steep sinusoid; 1.7
-/// leaves 1.013, and smaller ratios take longer.
-const RIDGE_RATIO: f64 = 1.55;
-/// Smallest cosθo at which orders on a ridge are counted. Chosen: only Gaussians narrower than those of filtered
-/// sunlight (coherence length 65 µm) reach this bound. Closer to the horizon the albedo of the outgoing direction, by
-/// which the reflectance is divided, too, removes the ridge.
-const RIDGE_COSINE_MIN: f64 = 0.07;
+/// Factor on the numbers of rows and steps of the accurate integral. Twice as many change albedos by less than 1e-3.
+const REFINEMENT: f64 = 12.0;
 
 /// Albedo integral of one ensemble table, at any incidence and wavelength.
 pub(crate) struct AlbedoIntegral<'a> {
@@ -43,22 +29,22 @@ pub(crate) struct AlbedoIntegral<'a> {
     options: &'a Options,
     /// Portions of the power.
     portions: Vec<Portion<'a>>,
-    /// Cells of the fast integral; `None` in the accurate one.
-    divisions: Option<Divisions>,
+    /// Factor on the numbers of rows and steps of the quadrature (`quadrature.rs`).
+    refinement: f64,
     /// λ" in nm for every integral; `None` where λ" is the integral's own wavelength λ'.
     depth_wavelength_nm: Option<f64>,
 }
 
 impl<'a> AlbedoIntegral<'a> {
-    /// The accurate integral, the reference for albedos. `None` for a table of amplitudes, whose powers do not add.
+    /// The accurate integral, of the table's nodes. `None` for a table of amplitudes, whose powers do not add.
     pub(crate) fn accurate(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
-        Self::new(table, options, node_gaussians, None)
+        Self::new(table, options, node_gaussians, REFINEMENT)
     }
 
     /// The fast integral, from which tables of the albedo are built. The test `fast_matches_accurate` bounds its error.
     /// `None` as in [`AlbedoIntegral::accurate`].
     pub(crate) fn fast(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
-        Self::new(table, options, portions, Some(Divisions::new()))
+        Self::new(table, options, portions, 1.0)
     }
 
     /// The integral of the given portions of a table; `None` for a table of amplitudes.
@@ -66,11 +52,11 @@ impl<'a> AlbedoIntegral<'a> {
         table: &'a SpectralTable,
         options: &'a Options,
         portions: impl Fn(&'a SpectralTable) -> Vec<Portion<'a>>,
-        divisions: Option<Divisions>,
+        refinement: f64,
     ) -> Option<Self> {
         (table.quantity() == NodeQuantity::Power).then(|| {
             let portions = portions(table);
-            Self { table, options, portions, divisions, depth_wavelength_nm: None }
+            Self { table, options, portions, refinement, depth_wavelength_nm: None }
         })
     }
 
@@ -90,41 +76,41 @@ impl<'a> AlbedoIntegral<'a> {
     /// the integral, whose sum is the albedo. Surplus lanes have parts of zero. Nothing is visited unless wi lies above
     /// the surface.
     ///
-    /// The reflectance f excludes the Fresnel reflectance and includes the small-slope factor. With a `ridge`, orders
-    /// near the horizon are moved onto it in the fast integral.
-    pub(crate) fn visit<V: Values>(
-        &self,
-        wi: Vec3,
-        wavelength_nm: f64,
-        ridge: Option<Ridge>,
-        mut visit: impl FnMut([V::Real; 3], V::Real),
-    ) {
+    /// The reflectance f excludes the Fresnel reflectance and includes the small-slope factor.
+    pub(crate) fn visit<V: Values>(&self, wi: Vec3, wavelength_nm: f64, mut visit: impl FnMut([V::Real; 3], V::Real)) {
         if wi[2] <= 0.0 {
             return;
         }
-        let mut nodes = self.quadrature_nodes(wi, 1e-3 * wavelength_nm, ridge);
-        nodes.resize(nodes.len().next_multiple_of(V::COUNT), QuadratureNode::NONE);
-        let integrand = Integrand::<V>::new(self, wi, wavelength_nm);
-        for lanes in nodes.chunks_exact(V::COUNT) {
-            let (wo, part) = integrand.part(lanes);
-            visit(wo, part);
-        }
-    }
-
-    /// Quadrature nodes of an incidence at a wavelength, in no particular order.
-    fn quadrature_nodes(&self, wi: Vec3, wavelength_um: f64, ridge: Option<Ridge>) -> Vec<QuadratureNode<'_>> {
-        let depth_wavelength_um = self.depth_wavelength_nm.map_or(wavelength_um, |nm| 1e-3 * nm);
-        let phase_per_cosine = phase_per_cosine(self.table, depth_wavelength_um);
-        let incidence = Incidence { wi, wavelength_um, phase_per_cosine };
-        let mut nodes = Vec::new();
+        let depth_wavelength_nm = self.depth_wavelength_nm.unwrap_or(wavelength_nm);
+        let phase_per_cosine = phase_per_cosine(self.table, 1e-3 * depth_wavelength_nm);
+        let wavelength_um = 1e-3 * wavelength_nm;
+        let axes = [&self.table.lattice().x, &self.table.lattice().y];
+        let limits = axes.map(|axis| wavelength_um * axis.cutoff / axis.period_um);
+        let incidence = Incidence { wi, wavelength_um, phase_per_cosine, limits };
+        // Directions wo, fractions of the power, and the records that give `P(κ)`.
+        let mut nodes: Vec<(Vec3, f64, &[f32])> = Vec::new();
         for portion in &self.portions {
-            let visit = |wo, fraction| nodes.push(QuadratureNode { wo, fraction, record: &portion.record });
-            match &self.divisions {
-                Some(divisions) => divisions.integrate(portion, &incidence, ridge, visit),
-                None => accurate::integrate(self.table, portion, &incidence, visit),
-            }
+            integrate(portion, &incidence, self.refinement, |wo, fraction| nodes.push((wo, fraction, &portion.record)));
         }
-        nodes
+        nodes.resize(nodes.len().next_multiple_of(V::COUNT), ([0.0, 0.0, 1.0], 0.0, &[]));
+        // The index is that of the wavelength λ = λ"·d at the relative depth d. The largest depth stands for all, which
+        // is exact where the depth is uniform.
+        let index_nm = match (self.depth_wavelength_nm, self.options.sizes) {
+            (Some(nm), Some(sizes)) => nm * sizes.depth[1],
+            _ => wavelength_nm,
+        };
+        let index = self.options.index.as_ref().map(|index| index.at(index_nm));
+        let kappa_per_w = V::Real::lit(TAU * 1e3 / depth_wavelength_nm);
+        // F divides by the cosines.
+        let [x, y, cos_i] = [wi[0], wi[1], wi[2].max(COSINE_MIN)].map(V::Real::lit);
+        for lanes in nodes.chunks_exact(V::COUNT) {
+            let wo = [0, 1, 2].map(|c| V::pack(|lane| lanes[lane].0[c]));
+            let cosines = [cos_i, wo[2].max(V::Real::lit(COSINE_MIN))];
+            let q = [x + wo[0], y + wo[1], cosines[0] + cosines[1]];
+            let factor = self.options.albedo_factor(q, cosines, index);
+            let power = PowerCurves::<V>::new(self.table, q[2] * kappa_per_w).power(|lane| lanes[lane].2);
+            visit(wo, V::pack(|lane| lanes[lane].1) * factor * power);
+        }
     }
 
     /// Whether the relief varies along x alone, so that directions mirrored at the x axis have equal albedos.
@@ -140,13 +126,8 @@ impl<'a> AlbedoIntegral<'a> {
 
     /// Whether all portions are Gaussians. They are narrow, and the albedo has a high ridge where one of them leaves
     /// along the surface.
-    pub(crate) fn has_ridges(&self) -> bool {
+    pub(crate) fn has_narrow_orders(&self) -> bool {
         self.portions.iter().all(|portion| !portion.is_square)
-    }
-
-    /// Whether the spectrum is continuous along an axis.
-    pub(crate) fn is_continuous(&self) -> bool {
-        is_continuous(self.table)
     }
 
     /// Whether F contains the small-slope factor of a dielectric, so that it vanishes at the horizon instead of having
@@ -156,82 +137,9 @@ impl<'a> AlbedoIntegral<'a> {
         self.options.obliquity == Obliquity::SmallSlope && index.is_some_and(SpectralIndex::is_dielectric)
     }
 
-    /// Values of cosθo at which orders on a ridge are counted ([`Ridge::cosine`]), in geometric progression. Empty
-    /// without ridges.
-    ///
-    /// At the first value a Gaussian adds most to the albedo ([`peak_cosine`]); the last is [`RIDGE_COSINE_MAX`].
-    pub(crate) fn ridge_cosines(&self) -> Vec<f64> {
-        if !self.has_ridges() {
-            return Vec::new();
-        }
-        // Standard deviation of a node in direction cosines, the larger one of both axes.
-        let sigma = TYPICAL_WAVELENGTH_UM
-            * [&self.table.lattice().x, &self.table.lattice().y]
-                .map(LatticeAxis::sigma_per_um)
-                .into_iter()
-                .fold(0.0, f64::max);
-        let first = peak_cosine(sigma).clamp(RIDGE_COSINE_MIN, RIDGE_COSINE_MAX);
-        // With `first` at the upper bound there are 0 steps and one value. The bound 1 then avoids a division by 0.
-        let steps = ((RIDGE_COSINE_MAX / first).ln() / RIDGE_RATIO.ln()).ceil();
-        (0..=steps as i32).map(|k| first * (RIDGE_COSINE_MAX / first).powf(f64::from(k) / steps.max(1.0))).collect()
-    }
-}
-
-/// Quadrature node of an albedo integral: a direction wo and its fraction of the power `P(κ)`.
-#[derive(Clone, Copy)]
-struct QuadratureNode<'a> {
-    /// Unit vector.
-    wo: Vec3,
-    /// Fraction of the power.
-    fraction: f64,
-    /// Record that gives `P(κ)`.
-    record: &'a [f32],
-}
-
-impl QuadratureNode<'_> {
-    /// Node without power.
-    const NONE: Self = Self { wo: [0.0, 0.0, 1.0], fraction: 0.0, record: &[] };
-}
-
-/// Quantities that all quadrature nodes of an incidence share.
-struct Integrand<'a, V: Values> {
-    integral: &'a AlbedoIntegral<'a>,
-    /// Incident direction, with a cosine of at least [`COSINE_MIN`], since F divides by it.
-    wi: [V::Real; 3],
-    /// Phase rate κ per unit of w, in rad/µm.
-    kappa_per_w: V::Real,
-    /// Index of the small-slope factor; `None` for a perfect conductor.
-    index: Option<ComplexIndex>,
-}
-
-impl<'a, V: Values> Integrand<'a, V> {
-    /// The shared quantities of an incident direction and a wavelength.
-    fn new(integral: &'a AlbedoIntegral, [x, y, z]: Vec3, wavelength_nm: f64) -> Self {
-        let depth_wavelength_nm = integral.depth_wavelength_nm.unwrap_or(wavelength_nm);
-        // The index is that of the wavelength λ = λ"·d at the relative depth d. The largest depth stands for all, which
-        // is exact where the depth is uniform.
-        let index_nm = match (integral.depth_wavelength_nm, integral.options.sizes) {
-            (Some(nm), Some(sizes)) => nm * sizes.depth[1],
-            _ => wavelength_nm,
-        };
-        Self {
-            integral,
-            wi: [x, y, z.max(COSINE_MIN)].map(V::Real::lit),
-            kappa_per_w: V::Real::lit(TAU * 1e3 / depth_wavelength_nm),
-            index: integral.options.index.as_ref().map(|index| index.at(index_nm)),
-        }
-    }
-
-    /// Directions wo of `V::COUNT` quadrature nodes, and their parts `F·P_m` of the albedo.
-    #[inline(always)]
-    fn part(&self, nodes: &[QuadratureNode]) -> ([V::Real; 3], V::Real) {
-        let wo = [0, 1, 2].map(|c| V::pack(|lane| nodes[lane].wo[c]));
-        let cosines = [self.wi[2], wo[2].max(V::Real::lit(COSINE_MIN))];
-        let q = [self.wi[0] + wo[0], self.wi[1] + wo[1], cosines[0] + cosines[1]];
-        let factor = self.integral.options.albedo_factor(q, cosines, self.index);
-        let power =
-            PowerCurves::<V>::new(self.integral.table, q[2] * self.kappa_per_w).power(|lane| nodes[lane].record);
-        (wo, V::pack(|lane| nodes[lane].fraction) * factor * power)
+    /// Whether the spectrum is continuous along an axis.
+    pub(crate) fn is_continuous(&self) -> bool {
+        is_continuous(self.table)
     }
 }
 
@@ -247,13 +155,13 @@ mod tests {
     use super::*;
     use crate::height_field::{HeightField, Preset, random::Random};
     use crate::numeric::{Lanes, Plain};
-    use crate::scattering::build_table;
+    use crate::scattering::{ComplexIndex, build_table};
     use crate::table::{Progress, Tiling, WAVELENGTH_MAX_NM};
 
     /// The albedo, computed in the numbers `V`.
     fn albedo<V: Values>(integral: &AlbedoIntegral, wi: Vec3, nm: f64) -> f64 {
         let mut sum = 0.0;
-        integral.visit::<V>(wi, nm, None, |_, part| sum += V::total(part));
+        integral.visit::<V>(wi, nm, |_, part| sum += V::total(part));
         sum
     }
 

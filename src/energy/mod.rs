@@ -18,28 +18,23 @@
 //! t is smaller than a where narrow orders leave along the surface. There a has a pole, but most of its light is
 //! already removed by the divisor of the outgoing direction.
 //!
-//! The table holds `(A − 1)·cos²θ` at its nodes, and is linear between them. It is filled in four steps (`build.rs`):
+//! The table holds `(A − 1)·cos²θ` at its nodes, and is linear between them. It is filled in three steps (`build.rs`):
 //!
-//! 1. Nodes of a grid with half as many cells on a side get a.
-//! 2. These nodes get t, with a as b. Since a may exceed the divisor, this t only serves as b in step 3.
-//! 3. Nodes of the table get t with the values of step 2 as b, and a margin, but at least b.
-//! 4. Where the table lies below t in the centre of a cell, the cell's corners are raised.
+//! 1. The nodes get b, whose excess over one is a fraction of the excess of a.
+//! 2. The nodes get the larger of b and t.
+//! 3. Where the table lies below t at check points in the cells between nodes, the cell's corners are raised (`nodes.rs`).
 //!
-//! Where an order passes the horizon, t has a ridge narrower than a cell. A node stands for the incidences and
-//! wavelengths around it, its *box*. In step 3 it therefore gets the largest of several t: with the orders in place,
-//! and with the orders moved onto a ridge that crosses the box ([`ridge::Ridge`]). Between nodes an albedo of
-//! 1.01 may remain (docs/tables.md#energy).
+//! Where an order passes the horizon, t has a ridge narrower than a cell. Tables of narrow orders therefore have more
+//! check points. Between these an albedo of 1.01 may remain (docs/tables.md#energy).
 
-mod accurate;
 mod bands;
 mod build;
-mod cells;
 mod grid;
 mod integral;
+mod nodes;
 mod portion;
 mod quadrature;
 mod report;
-mod ridge;
 mod sizes;
 mod transparent;
 
@@ -53,7 +48,7 @@ use crate::numeric::math::{bf16_pair, lerp};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
 use crate::scattering::{Options, Reading, Vec3};
 use crate::table::{Progress, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
-use build::{Builder, resolution};
+use build::{resolution, slab};
 use grid::{Grid, place};
 use serde::{Deserialize, Serialize};
 
@@ -125,23 +120,7 @@ impl AlbedoTable {
         let (wavelength_min_nm, planes_per_nm) = (WAVELENGTH_MIN_NM as f32, per_nm as f32);
         let layout = AlbedoLayout { cells, planes, wavelength_min_nm, planes_per_nm, sizes: None };
         let wavelength_nm = |plane: f64| WAVELENGTH_MIN_NM + plane / per_nm;
-        Self { layout, words: Self::slab(integral, layout, &wavelength_nm, progress) }
-    }
-
-    /// Packets `[gap][y][x]` of the planes of an integral. `wavelength_nm` gives the wavelength at a position among the
-    /// planes, from 0 to `planes − 1`.
-    fn slab(
-        integral: &AlbedoIntegral,
-        AlbedoLayout { cells, planes, .. }: AlbedoLayout,
-        wavelength_nm: &(dyn Fn(f64) -> f64 + Sync),
-        progress: &Progress,
-    ) -> Vec<u32> {
-        let grid = Grid { cells };
-        match Builder::new(integral, planes, wavelength_nm).build(grid, progress) {
-            Some(nodes) => packets(grid, planes, |node| nodes.values[node]),
-            // No albedo exceeds one.
-            None => packets(grid, planes, |_| 0.0),
-        }
+        Self { layout, words: slab(integral, layout, wavelength_nm, progress) }
     }
 
     /// Dimensions of the table.
@@ -256,6 +235,16 @@ impl<N: Numbers> AlbedoView<N> {
         lerp(low, high, slab_fraction) * place.per_squared_cosine
     }
 
+    /// `max(1, A) − 1` of a direction of unit length at a position among the planes, in planes from the first. The table
+    /// has one size.
+    #[inline(always)]
+    fn excess_in_plane(&self, w: [N::Real; 3], plane: f64) -> N::Real {
+        let place = self.place(w);
+        let gap = plane.floor().min(f64::from(self.layout.planes - 2));
+        let value = self.tabulated(&place, N::Index::lit(gap as u32), N::Real::lit(plane - gap), N::mask(true));
+        value * place.per_squared_cosine
+    }
+
     /// `(max(1, A) − 1)·cos²θ` between two planes, at `fraction` from the lower to the upper. `gap` is the index of the
     /// gap between them among the gaps of all slabs.
     #[inline(always)]
@@ -272,15 +261,14 @@ impl<N: Numbers> AlbedoView<N> {
     }
 }
 
-/// Packets `[gap][y][x]` of all cells of a slab. `value` is that of a node, numbered `[plane][y][x]`.
-fn packets(grid: Grid, planes: u32, value: impl Fn(usize) -> f32) -> Vec<u32> {
+/// Packets `[gap][y][x]` of all cells of a slab. `value` is that of a plane's node, numbered `[y][x]`.
+fn packets(grid: Grid, planes: u32, value: impl Fn(usize, usize) -> f32) -> Vec<u32> {
     let cells = grid.cells as usize;
     let words = (0..cells * cells * (planes as usize - 1)).flat_map(|i| {
         let [x, y, plane] = [i % cells, i / cells % cells, i / cells / cells];
         // Steps along x, along y and to the next plane.
-        let corner = |dx: usize, dy: usize, d_plane: usize| {
-            bf16_above(value((plane + d_plane) * grid.in_plane() + (y + dy) * grid.side() + x + dx))
-        };
+        let corner =
+            |dx: usize, dy: usize, d_plane: usize| bf16_above(value(plane + d_plane, (y + dy) * grid.side() + x + dx));
         [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dy, d_plane)| corner(0, dy, d_plane) | corner(1, dy, d_plane) << 16)
     });
     words.collect()

@@ -32,8 +32,9 @@ const WIDE_SIGMA: f64 = 0.04;
 const WIDE_SIDE_SIGMAS: f64 = 0.7;
 /// Standard deviation of a uniform variate on an interval of length 1: 1/√12.
 const UNIFORM_SIGMA: f64 = 0.288_675_134_594_812_9;
-/// Distance from its centre, in standard deviations, at which a Gaussian is cut off. 3e-4 of its power lies beyond.
-pub(super) const REACH: f64 = 3.6;
+/// Distance from its centre, in standard deviations, up to which a Gaussian is summed into squares. 3e-4 of its power
+/// lies beyond.
+const REACH: f64 = 3.6;
 
 /// Gaussian or square of frequencies, with its portion of the power of a spectral table.
 #[derive(Clone)]
@@ -56,10 +57,12 @@ pub(super) struct Incidence {
     pub wavelength_um: f64,
     /// Phase in radians between the relief's lowest and highest point, per unit of cosθo. Not negative.
     pub phase_per_cosine: f64,
+    /// Largest |wi + wo| along x and y that the relief's pixels resolve, in direction cosines; may be infinite.
+    pub limits: [f64; 2],
 }
 
 /// Probability that a standard normal variate lies between two numbers.
-pub(super) fn probability(low: f64, high: f64) -> f64 {
+fn probability(low: f64, high: f64) -> f64 {
     let cumulative = |t: f64| 0.5 * (1.0 + libm::erf(t / std::f64::consts::SQRT_2));
     cumulative(high) - cumulative(low)
 }
@@ -85,8 +88,7 @@ pub(super) fn is_continuous(table: &SpectralTable) -> bool {
 }
 
 /// Portions of a table: all Gaussians if these are narrow, number at most [`SEPARATE_MAX`], and have no cutoff.
-/// Otherwise the strongest of the narrow Gaussians stay, and the others are summed in squares. Centres lie within the
-/// frequencies that the pixels resolve.
+/// Otherwise the strongest of the narrow Gaussians stay, and the others are summed in squares.
 pub(super) fn portions(table: &SpectralTable) -> Vec<Portion<'_>> {
     let mut gaussians = node_gaussians(table);
     let axes = [&table.lattice().x, &table.lattice().y];
@@ -96,15 +98,12 @@ pub(super) fn portions(table: &SpectralTable) -> Vec<Portion<'_>> {
         return gaussians;
     }
     let sides = [0, 1].map(|c| {
-        let side = match (is_wide, axes[c].reach) {
+        match (is_wide, axes[c].reach) {
             (true, _) => WIDE_SIDE_SIGMAS * sigma_f[c],
             // All nodes lie at frequency 0 along this axis. One square, as wide as the Gaussians, takes their power.
             (false, 0) => sigma_f[c] / UNIFORM_SIGMA,
             (false, _) => NARROW_SIDE_PER_UM,
-        };
-        // The side is reduced until a cutoff lies on an edge between squares, n + ½ sides from frequency 0.
-        let cutoff = axes[c].cutoff / axes[c].period_um;
-        if cutoff.is_finite() { cutoff / ((cutoff / side - 0.5).ceil().max(0.0) + 0.5) } else { side }
+        }
     });
     let separate = match (is_wide, is_continuous(table)) {
         (true, _) => 0,
@@ -113,7 +112,6 @@ pub(super) fn portions(table: &SpectralTable) -> Vec<Portion<'_>> {
     };
     let weak = split_off_weak(table, &mut gaussians, separate);
     gaussians.extend(squares(&weak, sides));
-    gaussians.retain(|portion| table.is_resolved(portion.f));
     gaussians
 }
 

@@ -6,7 +6,7 @@
 //! and one λ", and a *slab* has all planes of one λ". Planes are uniform in log λ', and slabs in 1/λ", to which the
 //! phase of the heights is proportional.
 
-use super::build::resolution;
+use super::build::{self, resolution};
 use super::{AlbedoIntegral, AlbedoLayout, AlbedoTable};
 use crate::numeric::Real;
 use crate::scattering::{SLAB_PHASE, SLAB_PHASE_OF_RIDGES, SizeRange};
@@ -37,9 +37,8 @@ impl SizeAxes {
     /// phase between two slabs.
     pub(super) fn covering(sizes: &SizeRange, planes_of_one_size: u32, phase_max: f64, slab_phase: f64) -> (u32, Self) {
         let shortest_nm = WAVELENGTH_MIN_NM / sizes.scale[1];
-        // In proportion to the range of log λ', which `wavelength_ranges` gives relative to that of log λ. The number
-        // is odd, so that every other plane belongs to the coarse grid of the build.
-        let planes = 2 * (0.5 * f64::from(planes_of_one_size - 1) * sizes.wavelength_ranges()).ceil() as u32 + 1;
+        // In proportion to the range of log λ', which `wavelength_ranges` gives relative to that of log λ.
+        let planes = (f64::from(planes_of_one_size - 1) * sizes.wavelength_ranges()).ceil() as u32 + 1;
         let octaves = sizes.wavelength_ranges() * (WAVELENGTH_MAX_NM / WAVELENGTH_MIN_NM).log2();
         let wavenumbers = sizes.wavenumbers();
         let slabs = sizes.slabs(phase_max, slab_phase);
@@ -80,8 +79,8 @@ impl SizeAxes {
 pub(super) fn build(integral: &mut AlbedoIntegral, sizes: &SizeRange, progress: &Progress) -> AlbedoTable {
     // Read before widths and λ" are set below, on which they depend.
     let (cells, planes_of_one_size) = resolution(integral);
-    // Ridges, narrow maxima of the albedo (`integral.rs`), need more slabs.
-    let slab_phase = if integral.has_ridges() { SLAB_PHASE_OF_RIDGES } else { SLAB_PHASE };
+    // Narrow orders need more slabs.
+    let slab_phase = if integral.has_narrow_orders() { SLAB_PHASE_OF_RIDGES } else { SLAB_PHASE };
     let (planes, axes) = SizeAxes::covering(sizes, planes_of_one_size, integral.phase_max(), slab_phase);
     // With sizes, a look-up does not read the two numbers that are 0.
     let layout = AlbedoLayout { cells, planes, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: Some(axes) };
@@ -94,7 +93,7 @@ pub(super) fn build(integral: &mut AlbedoIntegral, sizes: &SizeRange, progress: 
     for slab in 0..axes.slabs {
         let done = |slabs_done: u32| f64::from(slabs_done) / f64::from(axes.slabs);
         integral.set_depth_wavelength(Some(axes.slab_nm(slab)));
-        words.extend(AlbedoTable::slab(integral, layout, &wavelength_nm, &progress.part(done(slab), done(slab + 1))));
+        words.extend(build::slab(integral, layout, wavelength_nm, &progress.part(done(slab), done(slab + 1))));
     }
     // The integral is left as it was, that of the relief's own size.
     integral.scale_widths(1.0 / sizes.scale[0]);
@@ -133,7 +132,7 @@ mod tests {
                 let size = Some(RelativeSize { scale, depth });
                 let reading = Reading::<Plain<f64>>::resized(nm, size, true);
                 let mut albedo = 0.0;
-                integral.visit::<Plain<f64>>(wi, nm, None, |wo, part| {
+                integral.visit::<Plain<f64>>(wi, nm, |wo, part| {
                     albedo += part * view.factor(wi, wo, &reading, true);
                 });
                 let is_beyond = usize::from(theta > 87f64.to_radians());

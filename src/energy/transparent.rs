@@ -5,8 +5,8 @@
 //!
 //! The albedo is `a(wi) = Σ_m F(wi, wo_m)·P_m(κ)` over the nodes m of the spectral table and over both sides of wo_m.
 //! P_m is a node's power. The factor F of a body (`scattering/transparent.rs`) vanishes at the horizon, so albedos are
-//! finite there. A is the larger of a and 1, with a margin. Each node counts at its own frequency, or at five
-//! frequencies along an axis on which it is wide. All directions on a side are taken to have one sign of w
+//! finite there. A is the larger of a and 1, raised between nodes (`nodes.rs`). Each node counts at its own frequency, or
+//! at five frequencies along an axis on which it is wide. All directions on a side are taken to have one sign of w
 //! (`Passage::turn`), an approximation for reliefs that differ from their mirror image.
 //!
 //! Symbols: Ki and Ko are the wave vectors of wi and wo "over n": in units of the wave number in the medium, whose
@@ -17,17 +17,15 @@
 //! The table holds `(A − 1)·cos²θ`, as every [`AlbedoTable`], at the nodes of a grid of directions (`grid.rs`), on
 //! planes over λ' and, for several sizes, on slabs over λ" (`sizes.rs`).
 
-use super::build::{DEEP_PHASE, MARGIN, MARGIN_FROM};
-use super::cells::divided;
 use super::grid::Grid;
 use super::integral::phase_per_cosine;
+use super::nodes::Nodes;
 use super::portion::{Portion, portions};
 use super::sizes::SizeAxes;
-use super::{AlbedoLayout, AlbedoTable, packets};
+use super::{AlbedoLayout, AlbedoTable};
 use crate::numeric::{Lanes, Number, Numbers, Real, Values};
 use crate::scattering::{Passage, SLAB_PHASE, SizeRange, TYPICAL_WAVELENGTH_UM, TransparentBody, Vec3};
 use crate::table::{NodeQuantity, PowerCurves, Progress, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
-use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Largest number of portions that count as few. The albedo of few orders changes fastest. Chosen: a larger number takes
@@ -38,17 +36,20 @@ const FEW: usize = 100;
 const SIZE_OF_FEW: (u32, u32) = (24, 11);
 /// Cells and planes for more portions, chosen as those of [`SIZE_OF_FEW`].
 const SIZE_OF_MANY: (u32, u32) = (16, 7);
-/// Standard deviation of a Gaussian from which it has [`CELLS`] along an axis, in units of the wave number in the medium.
+/// Standard deviation of a Gaussian from which it takes [`HERMITE_5`] along an axis, in units of the wave number in the medium.
 /// Chosen: a smaller value takes longer.
 const SHARP_SIGMA: f64 = 0.01;
-/// Number of cells along an axis on which a Gaussian is wide. Chosen: more take longer.
-const CELLS: usize = 5;
-/// Offsets from a node of the grid at which albedos of deep reliefs ([`DEEP_PHASE`]) are integrated: along x and y in
-/// cells, and in planes. They are the node and four corners of a cube around it. Chosen: a larger cube also has maxima
-/// nearer to other nodes, and darkens more directions; a smaller one misses maxima between nodes. With the node alone,
-/// an albedo of 1.046 would remain on a sinusoid 1.7 µm high.
-const DEEP_OFFSETS: [[f64; 3]; 5] =
-    [[0.0; 3], [0.35, 0.35, 0.35], [-0.35, -0.35, 0.35], [0.35, -0.35, -0.35], [-0.35, 0.35, -0.35]];
+/// Abscissae and weights of the five-point Gauss–Hermite rule for a standard normal variate.
+const HERMITE_5: [(f64, f64); 5] = [
+    (0.0, 0.533_333_333_333_333_3),
+    (-1.355_626_179_974_266, 0.222_075_922_005_613),
+    (1.355_626_179_974_266, 0.222_075_922_005_613),
+    (-2.856_970_013_872_806, 0.011_257_411_327_720_7),
+    (2.856_970_013_872_806, 0.011_257_411_327_720_7),
+];
+/// Check points in each cell of the table (`nodes.rs`). With none, an albedo of 1.046 would remain on a sinusoid 1.7 µm
+/// high. Chosen: more take longer.
+const CHECKS: usize = 4;
 
 /// Four values of the integral's parts side by side.
 type Real4 = <Lanes<'static> as Numbers>::Real;
@@ -96,38 +97,20 @@ impl AlbedoTable {
             None => [WAVELENGTH_MIN_NM + plane / per_nm; 2],
             Some(axes) => [axes.plane_nm(plane), axes.slab_nm(slab)],
         };
-        // Albedos of deep reliefs fluctuate within a cell. A node then has the largest of the albedos around it.
-        let grid = Grid { cells };
-        let is_deep = phase_max * grid.cell_cosine() > DEEP_PHASE;
-        let offsets: &[[f64; 3]] = if is_deep { &DEEP_OFFSETS } else { &[[0.0; 3]] };
+        let nodes = Nodes { grid: Grid { cells }, planes, is_mirrored: false };
         let slabs = sizes.map_or(1, |axes| axes.slabs);
-        // Number of nodes in a slab.
-        let in_slab = planes as usize * grid.in_plane();
-        let steps = progress.of_steps(2 * slabs as usize * in_slab);
+        let steps = progress.of_steps(2 * slabs as usize * (nodes.len() + CHECKS * nodes.cells()));
         // The side of air comes first, then that of the medium.
         let mut words = Vec::new();
         for (is_below, slab) in [false, true].into_iter().flat_map(|side| (0..slabs).map(move |slab| (side, slab))) {
-            // The entry (A − 1)·cos²θ of a node; 0 where no cell overlaps the hemisphere.
-            let entry = |node: usize| {
-                steps.one();
-                let (plane, node) = (node / grid.in_plane(), node % grid.in_plane());
-                let position = grid.position(node);
-                let ([.., cos], radius) = grid.direction(position);
-                if grid.is_beyond(radius) {
-                    return 0.0;
-                }
-                let albedo_at = |[dx, dy, d_plane]: &[f64; 3]| {
-                    let [x, y, z] = grid.direction([position[0] + dx, position[1] + dy]).0;
-                    let wi = [x, y, if is_below { -z } else { z }];
-                    let plane = (plane as f64 + d_plane).clamp(0.0, f64::from(planes - 1));
-                    integral.albedo(&parts, wi, wavelengths_nm(plane, slab))
-                };
-                let excess = offsets.iter().map(albedo_at).fold(1.0, f64::max) - 1.0;
-                let margin = MARGIN * (excess / MARGIN_FROM).min(1.0);
-                ((excess + margin) * cos * cos) as f32
+            // Excess of the albedo over 1 for a direction that points upwards on either side.
+            let excess = |[x, y, z]: Vec3, plane: f64| {
+                let wi = [x, y, if is_below { -z } else { z }];
+                (integral.albedo(&parts, wi, wavelengths_nm(plane, slab)) - 1.0).max(0.0)
             };
-            let entries: Vec<f32> = (0..in_slab).into_par_iter().map(entry).collect();
-            words.extend(packets(grid, planes, |node| entries[node]));
+            let mut values = nodes.values(&steps, excess);
+            nodes.raise(&mut values, CHECKS, &steps, |wi, plane, _| excess(wi, plane));
+            words.extend(nodes.packets(&values));
         }
         let table = Self { layout, words };
         (!table.is_one()).then_some(table)
@@ -149,21 +132,25 @@ impl<'a> BodyIntegral<'a> {
         Self { table, body: TransparentBody { is_film: false, ..body }, portions: portions(table) }
     }
 
-    /// Quadrature nodes of the integral: one of each portion along an axis on which it is narrow, and [`CELLS`] along an
-    /// axis on which it is wide. With one, an albedo of 1.12 would remain on a relief of index 1, 70 nm deep, whose orders
-    /// are wide. Where there are squares, each portion has one node, since Gaussians are narrower than squares.
+    /// Quadrature nodes of the integral, at frequencies that the pixels resolve: one of each portion along an axis on
+    /// which it is narrow, and [`HERMITE_5`] along an axis on which it is wide. With one, an albedo of 1.12 would remain
+    /// on a relief of index 1, 70 nm deep, whose orders are wide. Where there are squares, each portion has one node,
+    /// since Gaussians are narrower than squares.
     fn parts(&self) -> Vec<Part<'_>> {
-        let [one, several] = [1, CELLS].map(divided);
         let any_squares = self.portions.iter().any(|portion| portion.is_square);
         let mut parts = Vec::new();
         for portion in &self.portions {
-            let [x, y] = portion.sigma_f.map(|sigma| {
+            let rules: [&[(f64, f64)]; 2] = portion.sigma_f.map(|sigma| {
                 let is_single = any_squares || sigma * TYPICAL_WAVELENGTH_UM < SHARP_SIGMA;
-                if is_single { &one } else { &several }
+                if is_single { &[(0.0, 1.0)] } else { &HERMITE_5[..] }
             });
-            for (x, y) in x.iter().flat_map(|x| y.iter().map(move |y| (x, y))) {
-                let f = [portion.f[0] + x.middle * portion.sigma_f[0], portion.f[1] + y.middle * portion.sigma_f[1]];
-                parts.push(Part { f, fraction: x.fraction * y.fraction, portion });
+            for &(x, weight_x) in rules[0] {
+                for &(y, weight_y) in rules[1] {
+                    let f = [portion.f[0] + x * portion.sigma_f[0], portion.f[1] + y * portion.sigma_f[1]];
+                    if self.table.is_resolved(f) {
+                        parts.push(Part { f, fraction: weight_x * weight_y, portion });
+                    }
+                }
             }
         }
         parts

@@ -1,0 +1,157 @@
+//! Nodes of a slab of an albedo table, and the cells between them.
+//!
+//! Nodes lie on the corners of a square grid over directions (`grid.rs`), in planes of wavelength. A node holds the
+//! value `(A − 1)·cos²θ` of its divisor A (`mod.rs`); the *excess* is `A − 1`. A *cell* lies between two neighbouring
+//! planes and has eight corners. The table is linear in each of its three coordinates `[x, y, plane]`, which count cells
+//! and planes from the first.
+
+use super::grid::Grid;
+use super::{AlbedoLayout, AlbedoView, packets};
+use crate::numeric::Plain;
+use crate::scattering::Vec3;
+use crate::table::Steps;
+use rayon::prelude::*;
+use std::array;
+
+/// Factor on the excess that check points near the horizon require, where divisors change most within a cell. With 1, an
+/// albedo of 1.10 remains at 86° on a blazed grating with a coherence length of 5 µm. Hardly any power leaves there.
+const RIM_INCREASE: f64 = 1.3;
+/// Distance from the horizon, in cells, within which [`RIM_INCREASE`] applies. Chosen.
+const RIM_CELLS: f64 = 2.0;
+
+/// Shape of a slab.
+#[derive(Clone, Copy)]
+pub(super) struct Nodes {
+    /// Grid of each plane.
+    pub grid: Grid,
+    /// Number of planes, at least two.
+    pub planes: u32,
+    /// Whether directions mirrored at the x axis have equal values. Only nodes up to the middle row are then stored, and
+    /// the others copy them.
+    pub is_mirrored: bool,
+}
+
+/// Check point of a cell at which the table is too small.
+struct Violation {
+    /// Index of the cell's first corner.
+    corner: usize,
+    /// Position in the cell along x, y and plane, from 0 to 1.
+    at: [f64; 3],
+    /// Value that is needed.
+    needed: f64,
+    /// Difference of the needed value from the table's.
+    deficit: f64,
+}
+
+impl Nodes {
+    /// Number of stored rows of nodes in a plane.
+    fn rows(self) -> usize {
+        if self.is_mirrored { self.grid.side().div_ceil(2) } else { self.grid.side() }
+    }
+
+    /// Number of stored nodes in a plane.
+    fn in_plane(self) -> usize {
+        self.rows() * self.grid.side()
+    }
+
+    /// Number of stored nodes.
+    pub(super) fn len(self) -> usize {
+        self.planes as usize * self.in_plane()
+    }
+
+    /// Number of cells between stored nodes.
+    pub(super) fn cells(self) -> usize {
+        (self.planes as usize - 1) * (self.rows() - 1) * self.grid.cells as usize
+    }
+
+    /// Values `[plane][y][x]` of the stored nodes. `excess` is that of a direction in a plane.
+    pub(super) fn values(self, steps: &Steps, excess: impl Fn(Vec3, f64) -> f64 + Sync) -> Vec<f32> {
+        let value = |i: usize| {
+            steps.one();
+            let (wi, radius) = self.grid.direction(self.grid.position(i % self.in_plane()));
+            // No direction is interpolated from a node far beyond the horizon.
+            if self.grid.is_beyond(radius) {
+                0.0
+            } else {
+                (excess(wi, (i / self.in_plane()) as f64) * wi[2] * wi[2]) as f32
+            }
+        };
+        (0..self.len()).into_par_iter().map(value).collect()
+    }
+
+    /// Packets of all cells, from the values of the stored nodes.
+    pub(super) fn packets(self, values: &[f32]) -> Vec<u32> {
+        packets(self.grid, self.planes, |plane, node| {
+            let node = if self.is_mirrored { node.min(self.grid.mirrored(node)) } else { node };
+            values[plane * self.in_plane() + node]
+        })
+    }
+
+    /// Layout of the slab's packets.
+    pub(super) fn layout(self) -> AlbedoLayout {
+        let (cells, planes) = (self.grid.cells, self.planes);
+        // The wavelengths of the planes are not read.
+        AlbedoLayout { cells, planes, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: None }
+    }
+
+    /// Raises values until the table has the excess that is needed at `checks` points of each cell. `needed` is the
+    /// excess for a direction in a plane; its last argument is the table's, below which it may be approximate.
+    ///
+    /// The largest deficits are mended first, since this mends others around them. Each raises the cell's corners in
+    /// proportion to their weights in the interpolation, which is the least sum of squares that suffices.
+    pub(super) fn raise(
+        self,
+        values: &mut [f32],
+        checks: usize,
+        steps: &Steps,
+        needed: impl Fn(Vec3, f64, f64) -> f64 + Sync,
+    ) {
+        let (words, layout) = (self.packets(values), self.layout());
+        let table = &AlbedoView::<Plain<f64>> { layout, words: &words };
+        let needed = &needed;
+        let (cells, side) = (self.grid.cells as usize, self.grid.side());
+        let violations_in_cell = |i: usize| {
+            let [x, y, plane] = [i % cells, i / cells % (self.rows() - 1), i / cells / (self.rows() - 1)];
+            let violation = move |k: usize| {
+                steps.one();
+                let at = unit_point(k);
+                let (wi, radius) = self.grid.direction([x as f64 + at[0], y as f64 + at[1]]);
+                // No direction lies beyond the horizon.
+                if radius >= 1.0 {
+                    return None;
+                }
+                let plane_at = plane as f64 + at[2];
+                let table_excess = table.excess_in_plane(wi, plane_at);
+                let is_at_rim = 0.5 * cells as f64 * (1.0 - radius) < RIM_CELLS;
+                let increase = if is_at_rim { RIM_INCREASE } else { 1.0 };
+                let excess = increase * needed(wi, plane_at, table_excess / increase);
+                let value = |excess: f64| excess * wi[2] * wi[2];
+                let corner = plane * self.in_plane() + y * side + x;
+                let deficit = value(excess - table_excess);
+                (deficit > 0.0).then(|| Violation { corner, at, needed: value(excess), deficit })
+            };
+            (0..checks).filter_map(violation)
+        };
+        let mut violations: Vec<_> = (0..self.cells()).into_par_iter().flat_map_iter(violations_in_cell).collect();
+        violations.sort_by(|a, b| b.deficit.total_cmp(&a.deficit));
+        for Violation { corner, at, needed, .. } in violations {
+            // Corners with their weights. The bits of i tell along which axes a corner is the upper one.
+            let corners: [(usize, f64); 8] = array::from_fn(|i| {
+                let upper = [i & 1, i >> 1 & 1, i >> 2];
+                let weights = [0, 1, 2].map(|axis| if upper[axis] == 1 { at[axis] } else { 1.0 - at[axis] });
+                (corner + upper[2] * self.in_plane() + upper[1] * side + upper[0], weights.iter().product())
+            });
+            let value: f64 = corners.iter().map(|&(node, weight)| weight * f64::from(values[node])).sum();
+            let squares: f64 = corners.iter().map(|&(_, weight)| weight * weight).sum();
+            let raise_per_weight = (needed - value).max(0.0) / squares;
+            corners.iter().for_each(|&(node, weight)| values[node] += (raise_per_weight * weight) as f32);
+        }
+    }
+}
+
+/// Point `k` of the additive low-discrepancy sequence R₃ in the unit cube (M. Roberts 2018). Its steps are 1/g, 1/g² and
+/// 1/g³ for the real root g > 0 of `g⁴ = g + 1`.
+pub(super) fn unit_point(k: usize) -> [f64; 3] {
+    [0.819_172_513_396_164_5, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3]
+        .map(|step| (0.5 + k as f64 * step).fract())
+}
