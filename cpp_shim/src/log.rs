@@ -5,7 +5,7 @@
 //! and the calling thread writes them.
 
 use ffi::{log_info, log_warn};
-use log::{LevelFilter, Log, Metadata, Record};
+use log::{Level, LevelFilter, Log, Metadata, Record};
 use std::collections::HashSet;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -37,7 +37,7 @@ const LOG_INTERVAL: Duration = Duration::from_secs(2);
 struct Warnings {
     /// Warnings that wait for a thread that may call Mitsuba.
     waiting: Vec<String>,
-    /// Every warning so far. `None` before the first, since a static cannot hold a new `HashSet`.
+    /// Every warning so far. `None` before the first, since `HashSet::new` cannot initialise a static.
     seen: Option<HashSet<String>>,
 }
 
@@ -49,7 +49,7 @@ struct WarningLogger;
 
 impl Log for WarningLogger {
     fn enabled(&self, metadata: &Metadata) -> bool {
-        metadata.target().starts_with("sunbeam")
+        metadata.target().starts_with("sunbeam") && metadata.level() <= Level::Warn
     }
 
     fn log(&self, record: &Record) {
@@ -83,11 +83,11 @@ pub(crate) fn logged<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
     }
     let built = with_progress(build);
     write_warnings();
-    built
+    built.unwrap_or_else(|panic| resume_unwind(panic))
 }
 
-/// Runs `build` on a new thread and writes its progress from this one.
-fn with_progress<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
+/// Runs `build` on a new thread and writes its progress from this one. A panic of `build` is returned.
+fn with_progress<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> thread::Result<T> {
     // Largest fraction reported, as bits of an `f64`. Non-negative floats have the same order as their bits.
     let fraction_bits = Arc::new(AtomicU64::new(0));
     let reported = fraction_bits.clone();
@@ -107,6 +107,6 @@ fn with_progress<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
             // A line that Mitsuba's logger refuses is dropped.
             let _ = log_info(&format!("diffraction: building tables, {percent:.0} %"));
         }
-        builder.join().unwrap_or_else(|panic| resume_unwind(panic))
+        builder.join()
     })
 }

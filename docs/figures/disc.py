@@ -13,9 +13,11 @@ import numpy as np
 INNER_RADIUS_CM = 2.3
 # Outer radius of a compact disc's tracks.
 OUTER_RADIUS_CM = 5.8
-# Height above the scenes' ground z = 0. At height 0 disc and ground would coincide; a larger height would show.
+# Height above the scenes' ground z = 0. At height 0 disc and ground would coincide; a larger height would be seen as a
+# gap.
 HEIGHT_CM = 0.2
-# Quadrilaterals of the mesh around the ring. More make the outline rounder.
+# Quadrilaterals of the mesh around the ring. More make the outline rounder, and the direction of the tracks, which is
+# constant in each triangle, more accurate.
 ANGULAR_CELLS = 240
 # Quadrilaterals of the mesh along the radius. More make the interpolated texture coordinates more accurate.
 RADIAL_CELLS = 4

@@ -1,8 +1,8 @@
 """Part `slits` of the documentation (page.py): intensity and colours behind N equal slits.
 
-The plots are figures 1.4 and 1.5 of Single 2014, a thesis.
+Draws the plots of figures 1.4 and 1.5 of Single 2014, a thesis, from the formula below.
 
-Symbols: N slits of width a, with centres d apart, in light of wavelength λ; `sine` is the sine of the angle to the
+Symbols: N slits of width a, with centres d apart, in light of wavelength λ at normal incidence; `sine` is the sine of the angle to the
 grating's normal. The relative intensity in the far field, 1 where all waves are in phase, is
 
     I = (sin Nx / (N sin x))² · (sin β / β)²,   x = π d·sine/λ,   β = π a·sine/λ.
@@ -51,7 +51,8 @@ PER_COLUMN = 4
 # Wavelength step of the sum over the visible spectrum. At a point of order m, N slits pass peaks about λ/(mN) wide. For
 # 50 slits and 380 nm these are 1.5 nm at the ends of the strips, where m is 5. Wider steps would show as lines.
 COLOUR_STEP_NM = 1.0
-# Smallest number of slits in the fit of width ∝ N^exponent. With fewer slits the slits' own width matters.
+# Smallest number of slits in the fit of width ∝ N^exponent. With fewer, N·sin x of the array factor differs from N·x;
+# a single slit has no array factor.
 FITTED_FROM = 5
 # Largest accepted difference of the fitted exponent from −1.
 EXPONENT_TOLERANCE = 0.02
@@ -170,7 +171,8 @@ def figures_of(slits: Slits) -> dict:
     """A row of the table, at PLOTTED_NM.
 
     `zero_mm` is the first zero of order 0 on the screen. The width of order 0 is in mm on the screen, and in units of
-    its first zero. The far field is at distances large against `far_field_mm`, (Nd)²/λ.
+    its first zero. The far field is at distances large against `far_field_mm`: (Nd)²/λ, or a²/λ for
+    one slit.
     """
     width = full_width(slits, PLOTTED_NM)
     # Sine of the angle of the first zero. A place on the screen is DISTANCE_MM times the tangent, which is exact in

@@ -2,8 +2,8 @@
 //!
 //! The table holds the colour F of the scattering vector `q = wi + wo = (u, v, w)`, on rings in the plane of (u, v). A
 //! look-up reads the four rings nearest to the radius `r = |(u, v)|`, and on each ring 4 × 4 coefficients of a cubic
-//! B-spline over direction and w. Words of coefficients are packed by `pack.rs`. Formulas of positions are those of
-//! [`ColourLayout`] and [`Ring`].
+//! B-spline over direction and w. A *direction* is the azimuth of (u, v). Words of coefficients are packed by
+//! `pack.rs`. Formulas of positions are those of [`ColourLayout`] and [`Ring`].
 //!
 //! `src/methods/table.wgsl` is the counterpart in WGSL, with the same formulas. Tests of the method `table` in
 //! crates/realtime compare the two.
@@ -38,8 +38,8 @@ impl<N: Numbers> ColourView<N> {
         let valid = active & lit(0.0).lt(w) & w.fma(w, squared).le(lit(SUM_SQUARED_MAX.into()));
         let turn = turns(u, v);
         // Position among the rings, arsinh(r·growth/inner_spacing)/growth − ½: ring k lies at k. `Real` has the binary
-        // logarithm only. The divisions are not simplified, since they must match those of table.wgsl: beside a bright
-        // order another rounding of the position would change the colour visibly.
+        // logarithm only. Neither the divisions nor `u·u + v·v` may be simplified or fused: their rounding must
+        // match that of table.wgsl. Beside a bright order another rounding of the position changes the colour visibly.
         let growth = lit(self.layout.growth.into());
         let stretched = (u * u + v * v).sqrt() * growth / lit(self.layout.inner_spacing.into());
         let arsinh = (stretched + (stretched * stretched + lit(1.0)).sqrt()).log2() * lit(LN_2);
@@ -71,7 +71,8 @@ impl<N: Numbers> ColourView<N> {
         let turn = N::Real::select(opposite, turn + lit(0.5), turn);
         // Packets of four words in a ring's record.
         const PACKETS: u32 = Ring::WORDS as u32 / 4;
-        // Index of the record's first packet.
+        // Index of the record's first packet, in packets like `rings_at`. `gather::<4>` counts packets, and
+        // `gather::<1>` counts words, as `offset` does.
         let record = N::index(ring) * int(PACKETS) + int(self.layout.rings_at);
         let [offset, directions, w_count, knots_per_w] = N::gather::<4>(self.words, record, active);
         let rest = N::gather::<4>(self.words, record + int(1), active);
@@ -95,7 +96,7 @@ impl<N: Numbers> ColourView<N> {
         let mut sums = [[lit(0.0); 4]; 3];
         for direction_weight in direction_weights {
             let first = direction * w_count + start;
-            // Read one by one, since `first` is any number and packets begin at multiples of four.
+            // Read one by one, since `first` need not be a multiple of four, where packets begin.
             let words: [N::Index; 4] = array::from_fn(|j| {
                 let [word] = N::gather::<1>(self.words, first + int(j as u32), active);
                 word
@@ -106,13 +107,14 @@ impl<N: Numbers> ColourView<N> {
             let next = direction + int(1);
             direction = N::Index::select(next.lt(directions), next, int(0));
         }
-        // Undoes the scaling of `fit.rs`.
+        // The coefficients are those of F·(w² + knee²)/(w² + zero²), which varies less with w (`fit.rs`).
         let squared = w * w;
         let shape = (squared + zero_squared) / (squared + knee_squared);
         sums.map(|sum| (0..4).fold(lit(0.0), |total, j| w_weights[j].fma(sum[j], total)) * shape)
     }
 
-    /// Coefficients of four words (`pack.rs`), `[channel][word]`.
+    /// Coefficients of four words, `[channel][word]`. From bit 0 upwards a word has the mantissas of red, green and
+    /// blue with nine bits each, and their common exponent with five bits (`pack.rs`).
     ///
     /// The nine stored bits m of a mantissa become the upper bits of a float's mantissa. With the exponent e of
     /// `pack.rs` the float is `(1 + m/512)·2^(e + 9)`. Subtracting `1.5·2^(e + 9)` leaves `(m − 256)·2^e` exactly.
@@ -148,7 +150,7 @@ const ATAN_TURNS: [f64; 8] = [
 /// Direction of `(u, v)` in turns from +u towards +v, −½ to ½; 0 at the origin.
 ///
 /// table.wgsl has the same polynomial, because WGSL allows `atan2` an error of 4096 units in the last place. This is up
-/// to 0.7 of the distance between directions at the default coherence length.
+/// to 0.7 of the spacing of coefficients along the ring with most of them, at the default coherence length.
 #[inline(always)]
 fn turns<R: Real>(u: R, v: R) -> R {
     let (abs_u, abs_v) = (u.abs(), v.abs());

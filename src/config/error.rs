@@ -5,8 +5,8 @@ use crate::height_field::{MAX_LENGTH_UM, REGION_SIZE_UM, REGION_SPREAD};
 use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, TOLERANCE};
 use std::fmt;
 
-/// Reason why a configuration is refused. Messages name the parameter, the value found, and the accepted values or the
-/// parameter that it contradicts.
+/// Reason why a configuration is refused. Messages about a parameter name it, with the value found and the accepted
+/// values, or with the parameter that it contradicts.
 ///
 /// ```
 /// use sunbeam::config::{ConfigError, SurfaceConfig};
@@ -57,7 +57,7 @@ pub enum Accepted {
     RelativeSize,
     /// The edge of a sub-region of a skin in µm, [`REGION_SIZE_UM`].
     RegionSize,
-    /// The relative deviation of the spatial frequency in sub-regions, [`REGION_SPREAD`].
+    /// The relative spread of the spatial frequency over sub-regions, [`REGION_SPREAD`].
     RegionSpread,
 }
 
@@ -69,7 +69,7 @@ impl fmt::Display for Accepted {
             Self::Eta => ("the real part of a refractive index", ETA),
             Self::K => ("the imaginary part of a refractive index", K),
             Self::BodyEta => ("the index of a body that transmits: 1, or", BODY_ETA),
-            Self::CoverEta => ("the index of a clear layer", COVER_ETA),
+            Self::CoverEta => ("the index of a cover", COVER_ETA),
             Self::Tolerance => ("a relative error", TOLERANCE),
             Self::BuildLimit => ("a factor", BUILD_LIMIT),
             Self::RelativeSize => ("a size relative to the relief given", RELATIVE_SIZE),

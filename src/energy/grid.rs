@@ -10,8 +10,8 @@
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::{COSINE_MIN, Vec3};
 
-/// Smallest cosθ at nodes on the rim and beyond it, since the albedo may be infinite at the horizon. One cell inside the
-/// rim of the finest grid (64 cells, `build.rs`) the cosine is 0.004.
+/// Smallest cosθ at nodes on the rim and beyond it, since the albedo may be infinite at the horizon. One cell inside
+/// the rim of the finest grid (64 cells, `build.rs`) the cosine is 0.004.
 const RIM_COSINE: f64 = 1e-3;
 
 /// Place of a direction in a grid.

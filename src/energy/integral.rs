@@ -1,8 +1,8 @@
 //! Quadrature of the albedo over the hemisphere: `a(wi, λ) = Σ_m F(wi, wo_m)·P_m`.
 //!
-//! Each quadrature node m has a direction wo_m and a fraction P_m of the power in the table. F is the angular factor of
-//! the two directions: `O·M`, or `Q·M` in small-slope theory. O is the obliquity factor, Q the small-slope factor and M
-//! the V-cavity factor of shadowing (docs/model.md#the-reflectance).
+//! Each quadrature node m has a direction wo_m and a power P_m, a fraction of a portion's power. F is the angular
+//! factor of the two directions: `O·M`, or `Q·M` in small-slope theory. O is the obliquity factor, Q the small-slope
+//! factor and M the V-cavity factor of shadowing (docs/model.md#the-reflectance).
 //!
 //! A portion of the power (`portion.rs`) has the power `P(κ)` at the phase rate κ, spread around a frequency
 //! (`quadrature.rs`). The fast integral has few portions; the accurate one has the Gaussian of each node of the table,
@@ -19,7 +19,8 @@ use crate::scattering::{COSINE_MIN, Obliquity, Options, SpectralIndex, Vec3};
 use crate::table::{NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MIN_NM};
 use std::f64::consts::TAU;
 
-/// Factor on the numbers of rows and steps of the accurate integral. Twice as many change albedos by less than 1e-3.
+/// Factor on the numbers of rows and steps of the accurate integral. Twice as many change albedos by less than
+/// 1e-3.
 const REFINEMENT: f64 = 12.0;
 
 /// Albedo integral of one ensemble table, at any incidence and wavelength.
@@ -41,7 +42,7 @@ impl<'a> AlbedoIntegral<'a> {
         Self::new(table, options, node_gaussians, REFINEMENT)
     }
 
-    /// The fast integral, from which tables of the albedo are built. The test `fast_matches_accurate` bounds its error.
+    /// The fast integral, from which tables of divisors are built. The test `fast_matches_accurate` bounds its error.
     /// `None` as in [`AlbedoIntegral::accurate`].
     pub(crate) fn fast(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
         Self::new(table, options, portions, 1.0)
@@ -93,15 +94,15 @@ impl<'a> AlbedoIntegral<'a> {
             integrate(portion, &incidence, self.refinement, |wo, fraction| nodes.push((wo, fraction, &portion.record)));
         }
         nodes.resize(nodes.len().next_multiple_of(V::COUNT), ([0.0, 0.0, 1.0], 0.0, &[]));
-        // The index is that of the wavelength λ = λ"·d at the relative depth d. The largest depth stands for all, which
-        // is exact where the depth is uniform.
+        // The index is that of the wavelength λ = λ"·d at the relative depth d. The largest depth stands for the range,
+        // which is exact for a single depth.
         let index_nm = match (self.depth_wavelength_nm, self.options.sizes) {
             (Some(nm), Some(sizes)) => nm * sizes.depth[1],
             _ => wavelength_nm,
         };
         let index = self.options.index.as_ref().map(|index| index.at(index_nm));
         let kappa_per_w = V::Real::lit(TAU * 1e3 / depth_wavelength_nm);
-        // F divides by the cosines.
+        // Cosines are bounded from below, since F divides by them.
         let [x, y, cos_i] = [wi[0], wi[1], wi[2].max(COSINE_MIN)].map(V::Real::lit);
         for lanes in nodes.chunks_exact(V::COUNT) {
             let wo = [0, 1, 2].map(|c| V::pack(|lane| lanes[lane].0[c]));
@@ -124,8 +125,8 @@ impl<'a> AlbedoIntegral<'a> {
         phase_per_cosine(self.table, 1e-3 * self.depth_wavelength_nm.unwrap_or(WAVELENGTH_MIN_NM))
     }
 
-    /// Whether all portions are Gaussians. They are narrow, and the albedo has a high ridge where one of them leaves
-    /// along the surface.
+    /// Whether all portions are Gaussians, which are narrow in the fast integral. The albedo has a high ridge where one
+    /// of them leaves along the surface.
     pub(crate) fn has_narrow_orders(&self) -> bool {
         self.portions.iter().all(|portion| !portion.is_square)
     }
@@ -146,7 +147,7 @@ impl<'a> AlbedoIntegral<'a> {
 /// Phase between the relief's lowest and highest point per unit of w, in radians: 2π/λ times the range of heights. Its
 /// change per unit of cosθo is the same number, since `w = cosθi + cosθo`.
 pub(super) fn phase_per_cosine(table: &SpectralTable, wavelength_um: f64) -> f64 {
-    // The knee is the reciprocal of half the range of heights.
+    // `kappa_knee` is the reciprocal of half the range of heights in µm.
     TAU / wavelength_um * 2.0 / table.kappa_knee()
 }
 

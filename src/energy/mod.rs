@@ -9,11 +9,11 @@
 //! | `A(w)` | divisor of a direction, tabulated by [`AlbedoTable`] |
 //! | `f'(wi, wo)` | `f/max(1, A(wi), A(wo))`, the reflectance that conserves energy; reciprocal, because f is |
 //! | `a'(wi)` | albedo of f', which must not exceed 1 |
-//! | `b(w)` | known lower bound of the divisor: `1 ≤ b ≤ max(1, A)` |
+//! | `b(w)` | lower bound of the divisor, fixed before t is computed: `1 ≤ b ≤ max(1, A)` |
 //! | `t(wi)` | least `t ≥ 1` with `∫ f min(1, t/b(wo)) cosθo dωo ≤ t` |
 //!
 //! `A ≥ a` is sufficient for `a' ≤ 1`, and so is `A ≥ t`: with `T = max(1, A(wi))`, the quotient
-//! `∫ f min(1, T/b(wo)) cosθo dωo / T` is an upper bound of a'. It falls with T, and is at most 1 from t on.
+//! `∫ f min(1, T/b(wo)) cosθo dωo / T` is an upper bound of a'. It does not rise with T, and is at most 1 from t on.
 //!
 //! t is smaller than a where narrow orders leave along the surface. There a has a pole, but most of its light is
 //! already removed by the divisor of the outgoing direction.
@@ -22,10 +22,12 @@
 //!
 //! 1. The nodes get b, whose excess over one is a fraction of the excess of a.
 //! 2. The nodes get the larger of b and t.
-//! 3. Where the table lies below t at check points in the cells between nodes, the cell's corners are raised (`nodes.rs`).
+//! 3. Where the table lies below t at check points in a cell between nodes, the cell's corners are raised
+//!    (`nodes.rs`).
 //!
 //! Where an order passes the horizon, t has a ridge narrower than a cell. Tables of narrow orders therefore have more
-//! check points. Between these an albedo of 1.01 may remain (docs/tables.md#energy).
+//! check points. Between these an albedo of 1.01 may remain
+//! (docs/tables.md#energy).
 
 mod bands;
 mod build;
@@ -72,15 +74,15 @@ pub struct AlbedoLayout {
 
 /// Table of the divisor A over directions and wavelengths; see the [module](self).
 ///
-/// A node holds `(A − 1)·cos²θ`, or zero where A is below 1 and nothing is divided. It is finite at the horizon,
-/// where A has a pole in cosθ: of the first order for narrow orders, of the second for orders wider than cosθ.
+/// A node holds `(A − 1)·cos²θ`, or zero where nothing is divided. It is finite at the horizon, where A grows as
+/// `1/cosθ` for narrow diffraction orders, and as `1/cos²θ` for orders wider than cosθ.
 ///
 /// Packets are arranged `[side][slab][gap][y][x]`, with the gaps between neighbouring planes of wavelength. A table of
 /// a transparent body has the side of air and the side of the medium ([`AlbedoTable::build_of_body`]); others have one.
-/// A slab is one relative size of the relief; only [`SizeAxes`] have several. Each cell has a packet of four words, so
-/// that a look-up takes one read, or two for several sizes. A packet has the corners (x, y), (x + 1, y), (x, y + 1),
-/// (x + 1, y + 1) of the cell's lower plane of wavelength, then those of its upper plane. Two corners share a word as
-/// 16-bit floats (bfloat16), rounded up, the first in the lower half.
+/// A slab has the planes of one λ" (`sizes.rs`); only tables for several sizes have several. Each cell has a packet of
+/// four words, so that a look-up takes one read, or two for several sizes. A packet has the corners (x, y), (x + 1, y),
+/// (x, y + 1), (x + 1, y + 1) of the cell's lower plane of wavelength, then those of its upper plane. Two corners share
+/// a word as 16-bit floats (bfloat16), rounded up, the first in the lower half.
 ///
 /// ```
 /// use sunbeam::{Options, Preset, Surface};
@@ -235,8 +237,8 @@ impl<N: Numbers> AlbedoView<N> {
         lerp(low, high, slab_fraction) * place.per_squared_cosine
     }
 
-    /// `max(1, A) − 1` of a direction of unit length at a position among the planes, in planes from the first. The table
-    /// has one size.
+    /// `max(1, A) − 1` of a direction of unit length at a position among the planes, in planes from the first. The
+    /// table has a single slab.
     #[inline(always)]
     fn excess_in_plane(&self, w: [N::Real; 3], plane: f64) -> N::Real {
         let place = self.place(w);

@@ -1,9 +1,10 @@
-//! Nodes of a slab of an albedo table, and the cells between them.
+//! Nodes of a slab of an albedo table, and the cells between them. A slab has all planes of wavelength of one λ"
+//! (`sizes.rs`); most tables have one slab.
 //!
 //! Nodes lie on the corners of a square grid over directions (`grid.rs`), in planes of wavelength. A node holds the
 //! value `(A − 1)·cos²θ` of its divisor A (`mod.rs`); the *excess* is `A − 1`. A *cell* lies between two neighbouring
-//! planes and has eight corners. The table is linear in each of its three coordinates `[x, y, plane]`, which count cells
-//! and planes from the first.
+//! planes and has eight corners. The table is linear in each of its three coordinates `[x, y, plane]`, which count
+//! cells and planes from the first.
 
 use super::grid::Grid;
 use super::{AlbedoLayout, AlbedoView, packets};
@@ -13,22 +14,26 @@ use crate::table::Steps;
 use rayon::prelude::*;
 use std::array;
 
-/// Factor on the excess that check points near the horizon require, where divisors change most within a cell. With 1, an
-/// albedo of 1.10 remains at 86° on a blazed grating with a coherence length of 5 µm. Hardly any power leaves there.
-const RIM_INCREASE: f64 = 1.3;
-/// Distance from the horizon, in cells, within which [`RIM_INCREASE`] applies. Chosen.
-const RIM_CELLS: f64 = 2.0;
+/// Factor on the excess that check points near the horizon require where albedos have a pole there, and divisors change
+/// most within a cell. With 1.1, an albedo of 1.017 remains at 89.5° on a lamellar grating; with 1.4, one of 1.125
+/// beyond 87° on a relief of several sizes (`sizes.rs`). Little power leaves there.
+const RIM_INCREASE: f64 = 1.6;
+/// Radius of the grid beyond which [`RIM_INCREASE`] applies: 85.6°. With 0.9, an albedo of 1.02 remains at 88° on a
+/// blazed grating with a coherence length of 5 µm.
+const RIM_RADIUS: f64 = 0.85;
 
 /// Shape of a slab.
 #[derive(Clone, Copy)]
 pub(super) struct Nodes {
-    /// Grid of each plane.
+    /// Grid of each plane, with an even number of cells.
     pub grid: Grid,
     /// Number of planes, at least two.
     pub planes: u32,
-    /// Whether directions mirrored at the x axis have equal values. Only nodes up to the middle row are then stored, and
-    /// the others copy them.
+    /// Whether directions mirrored at the x axis have equal values. Only nodes up to the middle row are then stored,
+    /// and the others copy them.
     pub is_mirrored: bool,
+    /// Whether albedos have a pole at the horizon.
+    pub has_pole: bool,
 }
 
 /// Check point of a cell at which the table is too small.
@@ -69,7 +74,7 @@ impl Nodes {
         let value = |i: usize| {
             steps.one();
             let (wi, radius) = self.grid.direction(self.grid.position(i % self.in_plane()));
-            // No direction is interpolated from a node far beyond the horizon.
+            // A node just beyond the horizon has the value at the horizon; nodes farther out are never read.
             if self.grid.is_beyond(radius) {
                 0.0
             } else {
@@ -94,11 +99,11 @@ impl Nodes {
         AlbedoLayout { cells, planes, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: None }
     }
 
-    /// Raises values until the table has the excess that is needed at `checks` points of each cell. `needed` is the
-    /// excess for a direction in a plane; its last argument is the table's, below which it may be approximate.
+    /// Raises values until the table has the excess that is needed at `checks` points of each cell. `needed(wi, plane,
+    /// enough)` is that excess; a result below `enough`, the table's excess, need not be exact.
     ///
     /// The largest deficits are mended first, since this mends others around them. Each raises the cell's corners in
-    /// proportion to their weights in the interpolation, which is the least sum of squares that suffices.
+    /// proportion to their weights in the interpolation: the raise with the least sum of squares.
     pub(super) fn raise(
         self,
         values: &mut [f32],
@@ -122,8 +127,7 @@ impl Nodes {
                 }
                 let plane_at = plane as f64 + at[2];
                 let table_excess = table.excess_in_plane(wi, plane_at);
-                let is_at_rim = 0.5 * cells as f64 * (1.0 - radius) < RIM_CELLS;
-                let increase = if is_at_rim { RIM_INCREASE } else { 1.0 };
+                let increase = if self.has_pole && radius > RIM_RADIUS { RIM_INCREASE } else { 1.0 };
                 let excess = increase * needed(wi, plane_at, table_excess / increase);
                 let value = |excess: f64| excess * wi[2] * wi[2];
                 let corner = plane * self.in_plane() + y * side + x;
@@ -149,8 +153,8 @@ impl Nodes {
     }
 }
 
-/// Point `k` of the additive low-discrepancy sequence R₃ in the unit cube (M. Roberts 2018). Its steps are 1/g, 1/g² and
-/// 1/g³ for the real root g > 0 of `g⁴ = g + 1`.
+/// Point `k` of the additive low-discrepancy sequence R₃ in the unit cube (M. Roberts 2018). Its steps are 1/g, 1/g²
+/// and 1/g³ for the real root g > 0 of `g⁴ = g + 1`.
 pub(super) fn unit_point(k: usize) -> [f64; 3] {
     [0.819_172_513_396_164_5, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3]
         .map(|step| (0.5 + k as f64 * step).fract())

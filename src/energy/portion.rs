@@ -10,8 +10,8 @@ use crate::table::{LatticeAxis, NodeCurve, SpectralTable};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// Largest number of a table's narrow Gaussians of which none is summed. Chosen: a larger number is more accurate but
-/// takes longer.
+/// Largest number of a table's narrow Gaussians that all stay separate. Beyond it the weaker ones are summed in
+/// squares. Chosen: a larger number is more accurate but takes longer.
 const SEPARATE_MAX: usize = 640;
 /// Number of the strongest narrow Gaussians that stay separate where others are summed. Chosen: a larger number is more
 /// accurate but takes longer. With 16, albedos of the preset *Xenopeltis*, a snake's skin, err by 4 % (root mean
@@ -87,8 +87,8 @@ pub(super) fn is_continuous(table: &SpectralTable) -> bool {
     table.lattice().x.cutoff.is_finite() || table.lattice().y.cutoff.is_finite()
 }
 
-/// Portions of a table: all Gaussians if these are narrow, number at most [`SEPARATE_MAX`], and have no cutoff.
-/// Otherwise the strongest of the narrow Gaussians stay, and the others are summed in squares.
+/// Portions of a table. All Gaussians stay if they are narrow, at most [`SEPARATE_MAX`], and without a cutoff.
+/// Otherwise the strongest narrow Gaussians stay, and all others are summed in squares.
 pub(super) fn portions(table: &SpectralTable) -> Vec<Portion<'_>> {
     let mut gaussians = node_gaussians(table);
     let axes = [&table.lattice().x, &table.lattice().y];
@@ -133,7 +133,8 @@ fn squares(gaussians: &[Portion], sides: [f64; 2]) -> Vec<Portion<'static>> {
     let along = |gaussian: &Portion, c: usize| {
         let (f, side) = (gaussian.f[c], sides[c]);
         // Squares add twice the variance side²/12 of a uniform interval: their own, and that of moving powers to their
-        // centres. It is taken away before. A narrow Gaussian falls into the square around its centre.
+        // centres. It is subtracted from the Gaussian's before. Without a rest, the Gaussian falls into the square
+        // around its centre.
         let sigma = (gaussian.sigma_f[c].powi(2) - side * side / 6.0).max(1e-12 * side * side).sqrt();
         let [low, high] = [-REACH, REACH].map(|t| ((f + t * sigma) / side).round() as i64);
         (low..=high).map(move |i| {

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! The portion is divided into rows of equal width in v, and each row into steps of equal width in ψ. A step has one
-//! quadrature node, at its middle, with the portion's probability in the step. Along a row `du = cosθo dψ`. So the factor
-//! `1/cosθo` of the reflectance is integrated to the second order of the step, also at the horizon.
+//! quadrature node, at its middle, with the portion's probability in the step. Along a row `du = cosθo dψ`. So the
+//! factor `1/cosθo` of the reflectance is integrated to the second order of the step, also at the horizon.
 
 use super::portion::{Incidence, Portion};
 use crate::scattering::{Vec3, direction_above};
@@ -17,19 +17,23 @@ use std::f64::consts::TAU;
 
 /// Rows per unit of v. Chosen: more take longer.
 const ROWS_PER_COSINE: f64 = 8.0;
-/// Smallest number of rows of a Gaussian, if it has several. The sum over rows of equal width then errs by 1e-4.
+/// Smallest number of rows of a portion that has several. For a Gaussian, the sum over rows of equal width then errs by
+/// 1e-4.
 const ROWS_MIN: f64 = 5.0;
-/// Steps per radian of ψ, for `cosθi + cosθo = 1`. Their number is in proportion to the relative change of this sum.
-/// With 12 the error on gratings is a third, and the build takes half as long again.
+/// Steps per radian of ψ where `w = cosθi + cosθo` is 1. Elsewhere they are in inverse proportion to w, since the
+/// reflectance varies with the relative change of w. With 12, the error on gratings falls to a third, and a build takes
+/// half as long again.
 const STEPS_PER_RADIAN: f64 = 8.0;
-/// Steps per radian of the relief's phase. Chosen: more take longer.
+/// Steps per radian of the relief's phase. A radian of ψ changes cosθo by at most 1, so the phase by at most
+/// `phase_per_cosine`. Chosen: more take longer.
 const STEPS_PER_PHASE: f64 = 0.125;
-/// Smallest number of steps of a row, if it has several. Two would have three times the variance of a Gaussian.
+/// Smallest number of steps of a row that has several. Two would have three times the variance of a Gaussian.
 const STEPS_MIN: f64 = 3.0;
 /// Largest number of rows, and of steps in a row. Chosen: more take longer.
 const COUNT_MAX: f64 = 256.0;
 
-/// Distribution of a portion's power along one axis, as a variate of mean 0 and standard deviation 1.
+/// Distribution of a portion's power along one axis, as a variate of mean 0 and standard deviation 1. Lengths are in
+/// standard deviations.
 #[derive(Clone, Copy)]
 enum Variate {
     /// Normal variate, cut off at [`Variate::reach`]; 3e-4 of its power lies beyond.
@@ -48,18 +52,18 @@ impl Variate {
         }
     }
 
-    /// Probability of a row of the given middle and width. A single row has all.
+    /// Probability of a row of the given middle and width. A single row, of the width `2·reach`, has all.
     fn in_row(self, middle: f64, width: f64) -> f64 {
         match self {
-            Self::Normal if width < self.reach() => width * (-0.5 * middle * middle).exp() / TAU.sqrt(),
+            Self::Normal if width < 2.0 * self.reach() => width * (-0.5 * middle * middle).exp() / TAU.sqrt(),
             _ => 0.5 * width / self.reach(),
         }
     }
 
-    /// Probability below `x`. The normal distribution is approximated to 1.4e-4 (E. Page 1977); the steps of a row still
-    /// have the sum 1.
+    /// Probability below `x`. The normal distribution is approximated to 1.4e-4 (E. Page 1977). The steps of a row have
+    /// the sum 1, unless the horizon cuts it.
     fn below(self, x: f64) -> f64 {
-        // Rounding of the end of a row.
+        // The ends of a row have exactly 0 and 1, in spite of rounding.
         if x.abs() > self.reach() - 1e-9 {
             return f64::from(x > 0.0);
         }
@@ -84,7 +88,7 @@ pub(super) fn integrate(
     let widest = reach * sigma[0].max(sigma[1]);
     let centre = [0, 1].map(|axis| wavelength_um * portion.f[axis] - wi[axis]);
     let rho_squared = centre[0] * centre[0] + centre[1] * centre[1];
-    // Most nodes of a natural relief lie beyond the horizon, and are rejected before a root is taken.
+    // Most portions of a natural relief lie beyond the horizon. They are rejected before a root is taken.
     if rho_squared >= (1.0 + widest).powi(2) {
         return;
     }
@@ -97,7 +101,8 @@ pub(super) fn integrate(
         let along = |c: usize| (0.5 + 0.5 * (limits[c] - (wi[c] + wo[c]).abs()) / half[c]).clamp(0.0, 1.0);
         along(0) * along(1)
     };
-    // A narrow portion far from the horizon has one node, at its centre. `cos_outer` is the smallest cosθo.
+    // A narrow portion far from the horizon, which the pixels resolve, has one node, at its centre. `cos_outer` is
+    // about the smallest cosθo.
     let cos_outer = (1.0 - (rho + widest).powi(2)).max(0.0).sqrt();
     if count(2.0 * widest, ROWS_PER_COSINE.max(steps_per_radian(cos_outer) / cos_outer)) == 1.0
         && let Some(wo) = direction_above(centre[0], centre[1])
@@ -107,7 +112,8 @@ pub(super) fn integrate(
         return;
     }
     let radial = if rho > 0.0 { centre.map(|c| c / rho) } else { [1.0, 0.0] };
-    // Standard deviation of v, that of u in a row, and the change of u's mean with v.
+    // Standard deviation of v, that of u in a row, and the change of u's mean with v. A square with sides across the
+    // radius is replaced by a parallelogram of its covariance.
     let sigma_v = (radial[0] * sigma[1]).hypot(radial[1] * sigma[0]);
     let sigma_u = sigma[0] * sigma[1] / sigma_v;
     let slope = radial[0] * radial[1] * (sigma[1] * sigma[1] - sigma[0] * sigma[0]) / (sigma_v * sigma_v);
@@ -120,10 +126,13 @@ pub(super) fn integrate(
         let middle = (row as f64 + 0.5) * row_width - reach;
         let v = middle * sigma_v;
         let u_mean = rho + slope * v;
-        // cos α, at which the row meets the horizon.
-        let u_horizon = (1.0 - v * v).max(f64::MIN_POSITIVE).sqrt();
+        if v.abs() >= 1.0 {
+            continue;
+        }
+        // cos α, the value of u at which the row meets the horizon.
+        let u_horizon = (1.0 - v * v).sqrt();
         let [first, last] = [-reach, reach].map(|x| ((u_mean + x * sigma_u) / u_horizon).clamp(-1.0, 1.0).asin());
-        // Both ends of a row beyond the horizon are at the horizon.
+        // Both ends of a row beyond the horizon are clamped to it.
         if first == last {
             continue;
         }

@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 /// means of the presets change by at most 0.002.
 const QUERIES: usize = 2000;
 
-/// Numbers of four lanes: quadrature nodes side by side.
+/// Four numbers, one in each lane.
 type Real4 = <Lanes<'static> as Numbers>::Real;
 
 /// Albedos before and after division by an [`AlbedoTable`], at the relief's own size and without the Fresnel
@@ -27,7 +27,8 @@ pub struct AlbedoReport {
     pub albedo_mean_scaled: f64,
 }
 
-/// Albedos of a direction at a wavelength in nm, before and after division by a table at the relief's own size.
+/// Albedos of a direction at a wavelength in nm, before and after division by a table at the relief's own size; equal
+/// without a table.
 pub(crate) fn integrated_albedos(
     integral: &AlbedoIntegral,
     table: Option<&AlbedoTable>,
@@ -54,7 +55,7 @@ impl AlbedoReport {
         let steps = progress.of_steps(QUERIES);
         let albedos = |k: usize| {
             steps.one();
-            // Uniform in cosθ, since the albedo has a pole in it at the horizon.
+            // cosθ is uniform, so that the weight 2·cosθ offsets the pole 1/cosθ of the albedo at the horizon.
             let [cos, turn, z] = unit_point(k);
             let (sin, (sin_phi, cos_phi)) = ((1.0 - cos * cos).sqrt(), (TAU * turn).sin_cos());
             let wi = [sin * cos_phi, sin * sin_phi, cos];

@@ -5,8 +5,8 @@
 //!
 //! The albedo is `a(wi) = Σ_m F(wi, wo_m)·P_m(κ)` over the nodes m of the spectral table and over both sides of wo_m.
 //! P_m is a node's power. The factor F of a body (`scattering/transparent.rs`) vanishes at the horizon, so albedos are
-//! finite there. A is the larger of a and 1, raised between nodes (`nodes.rs`). Each node counts at its own frequency, or
-//! at five frequencies along an axis on which it is wide. All directions on a side are taken to have one sign of w
+//! finite there. A is the larger of a and 1, raised between nodes (`nodes.rs`). Each node counts at its own frequency,
+//! or at five frequencies along an axis on which it is wide. All directions on a side are taken to have one sign of w
 //! (`Passage::turn`), an approximation for reliefs that differ from their mirror image.
 //!
 //! Symbols: Ki and Ko are the wave vectors of wi and wo "over n": in units of the wave number in the medium, whose
@@ -17,6 +17,7 @@
 //! The table holds `(A − 1)·cos²θ`, as every [`AlbedoTable`], at the nodes of a grid of directions (`grid.rs`), on
 //! planes over λ' and, for several sizes, on slabs over λ" (`sizes.rs`).
 
+use super::build::excess;
 use super::grid::Grid;
 use super::integral::phase_per_cosine;
 use super::nodes::Nodes;
@@ -28,16 +29,16 @@ use crate::scattering::{Passage, SLAB_PHASE, SizeRange, TYPICAL_WAVELENGTH_UM, T
 use crate::table::{NodeQuantity, PowerCurves, Progress, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::f64::consts::TAU;
 
-/// Largest number of portions that count as few. The albedo of few orders changes fastest. Chosen: a larger number takes
-/// longer.
+/// Largest number of portions that count as few. The albedo of few orders changes fastest. Chosen: a larger number
+/// takes longer.
 const FEW: usize = 100;
 /// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few portions. Chosen: more
 /// leave smaller errors between nodes, and take longer and more memory.
 const SIZE_OF_FEW: (u32, u32) = (24, 11);
 /// Cells and planes for more portions, chosen as those of [`SIZE_OF_FEW`].
 const SIZE_OF_MANY: (u32, u32) = (16, 7);
-/// Standard deviation of a Gaussian from which it takes [`HERMITE_5`] along an axis, in units of the wave number in the medium.
-/// Chosen: a smaller value takes longer.
+/// Standard deviation of a Gaussian from which it takes [`HERMITE_5`] along an axis, in units of the wave number in the
+/// medium. Chosen: a smaller value takes longer.
 const SHARP_SIGMA: f64 = 0.01;
 /// Abscissae and weights of the five-point Gauss–Hermite rule for a standard normal variate.
 const HERMITE_5: [(f64, f64); 5] = [
@@ -51,7 +52,7 @@ const HERMITE_5: [(f64, f64); 5] = [
 /// high. Chosen: more take longer.
 const CHECKS: usize = 4;
 
-/// Four values of the integral's parts side by side.
+/// Four numbers, one in each lane.
 type Real4 = <Lanes<'static> as Numbers>::Real;
 
 /// Albedo integral of a transparent body.
@@ -97,19 +98,19 @@ impl AlbedoTable {
             None => [WAVELENGTH_MIN_NM + plane / per_nm; 2],
             Some(axes) => [axes.plane_nm(plane), axes.slab_nm(slab)],
         };
-        let nodes = Nodes { grid: Grid { cells }, planes, is_mirrored: false };
+        let nodes = Nodes { grid: Grid { cells }, planes, is_mirrored: false, has_pole: false };
         let slabs = sizes.map_or(1, |axes| axes.slabs);
         let steps = progress.of_steps(2 * slabs as usize * (nodes.len() + CHECKS * nodes.cells()));
         // The side of air comes first, then that of the medium.
         let mut words = Vec::new();
         for (is_below, slab) in [false, true].into_iter().flat_map(|side| (0..slabs).map(move |slab| (side, slab))) {
-            // Excess of the albedo over 1 for a direction that points upwards on either side.
-            let excess = |[x, y, z]: Vec3, plane: f64| {
+            // Excess of the divisor for a direction that points upwards on either side.
+            let needed = |[x, y, z]: Vec3, plane: f64| {
                 let wi = [x, y, if is_below { -z } else { z }];
-                (integral.albedo(&parts, wi, wavelengths_nm(plane, slab)) - 1.0).max(0.0)
+                excess(integral.albedo(&parts, wi, wavelengths_nm(plane, slab)))
             };
-            let mut values = nodes.values(&steps, excess);
-            nodes.raise(&mut values, CHECKS, &steps, |wi, plane, _| excess(wi, plane));
+            let mut values = nodes.values(&steps, needed);
+            nodes.raise(&mut values, CHECKS, &steps, |wi, plane, _| needed(wi, plane));
             words.extend(nodes.packets(&values));
         }
         let table = Self { layout, words };
@@ -133,9 +134,9 @@ impl<'a> BodyIntegral<'a> {
     }
 
     /// Quadrature nodes of the integral, at frequencies that the pixels resolve: one of each portion along an axis on
-    /// which it is narrow, and [`HERMITE_5`] along an axis on which it is wide. With one, an albedo of 1.12 would remain
-    /// on a relief of index 1, 70 nm deep, whose orders are wide. Where there are squares, each portion has one node,
-    /// since Gaussians are narrower than squares.
+    /// which it is narrow, and [`HERMITE_5`] along an axis on which it is wide. With one, an albedo of 1.12 would
+    /// remain on a relief of index 1, 70 nm deep, whose orders are wide. Where there are squares, each portion has one
+    /// node, since Gaussians are narrower than squares.
     fn parts(&self) -> Vec<Part<'_>> {
         let any_squares = self.portions.iter().any(|portion| portion.is_square);
         let mut parts = Vec::new();
@@ -167,10 +168,10 @@ impl<'a> BodyIntegral<'a> {
             let passage = Passage::at_body(self.body, &incident, to_below);
             // Length of outgoing wave vectors over n: 1 in the medium, 1/n in air.
             let length = self.body.reach(is_below);
-            for parts in parts.chunks(Lanes::COUNT) {
+            for lanes in parts.chunks(Lanes::COUNT) {
                 // Surplus lanes repeat the last part with a fraction of zero.
-                let at = |lane: usize| &parts[Ord::min(lane, parts.len() - 1)];
-                let fraction = Lanes::pack(|lane| parts.get(lane).map_or(0.0, |part| part.fraction));
+                let at = |lane: usize| &lanes[Ord::min(lane, lanes.len() - 1)];
+                let fraction = Lanes::pack(|lane| lanes.get(lane).map_or(0.0, |part| part.fraction));
                 // Direction of the outgoing wave vector `turn·λ'f − Ki`. `turn` is the sign of w (`Passage::turn`); S
                 // of a negative w is that of −w at the opposite frequency. `passage.tangential` is `turn·Ki`.
                 let [x, y] = [0, 1].map(|axis| {

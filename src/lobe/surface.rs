@@ -223,8 +223,8 @@ impl Surface {
         by_kind!(self, sample_direction, wi, wavelengths_nm, u)
     }
 
-    /// Albedo `∫ f_r cosθo dωo` over the upper hemisphere, after the division that conserves energy, by an integral over
-    /// the nodes of the table. It errs by 0.2 %, and by 1 % on a relief one pixel wide. The small-slope factor is
+    /// Albedo `∫ f_r cosθo dωo` over the upper hemisphere, after the division that conserves energy, by an integral
+    /// over the nodes of the table. It errs by 0.2 %, and by 1 % on a relief one pixel wide. The small-slope factor is
     /// included, the Fresnel reflectance is not. `None` for a patch and for a transparent body.
     pub fn albedo(&self, wi: Vec3, wavelength_nm: f64) -> Option<f64> {
         if self.options.body.is_some() {

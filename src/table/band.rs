@@ -1,21 +1,22 @@
 //! Band limit, along one axis, of the power spectrum from which the nodes of an ensemble's table are computed (symbols:
 //! `mod.rs`, and `lattice.rs` for an axis).
 //!
-//! An ensemble's spectrum is the mean over all positions of the coherence window. Its nodes are the transform of the
-//! autocorrelation times the window, and the autocorrelation is the transform of the power spectrum. A scan with fine
-//! pixels has power far beyond the frequencies of any pair of directions ([`super::FREQUENCY_MAX_PER_UM`]). The window
-//! spreads such power over some node spacings only, so most of it does not reach the nodes. The spectrum is therefore
-//! cut at a margin beyond those frequencies, and the autocorrelation needs fewer and larger pixels. The cut is smooth,
-//! since a sharp one would lengthen the autocorrelation.
+//! An ensemble's spectrum is the mean over all positions of the coherence window. The table's nodes are the transform
+//! of the relief's autocorrelation times that of the window. The relief's autocorrelation is the transform of its power
+//! spectrum. A scan with fine pixels has power far beyond the frequencies of any pair of directions
+//! ([`super::FREQUENCY_MAX_PER_UM`]). The window spreads such power over a few node spacings, so most of it does not
+//! reach the nodes. The spectrum is therefore cut at a margin beyond those frequencies, and the autocorrelation needs
+//! fewer and larger pixels. The cut is smooth, since a sharp one would lengthen the autocorrelation.
 
 use super::FREQUENCY_MAX_PER_UM;
 use super::lattice::LatticeAxis;
 use sunbeam_fourier::next_fast_len;
 
-/// Margin above [`FREQUENCY_MAX_PER_UM`] within which power is kept entirely, in node spacings (`1/period_um`) per tap
-/// (node that a look-up reads). The taps span about the width to which the window spreads power. With this margin and
-/// [`TRANSITION`], the table's error stays that of the interpolation for tolerances from 1e-2 to 1e-6. Larger values
-/// keep more pixels; smaller ones weaken the highest frequencies.
+/// Margin above [`FREQUENCY_MAX_PER_UM`] within which power is kept entirely: `KEPT_MARGIN·taps/period_um` in
+/// cycles/µm. Taps are the nodes that one look-up reads, which are `1/period_um` apart. They span about the width to
+/// which the window spreads power. With this margin and [`TRANSITION`], the table's error stays that of the
+/// interpolation for tolerances from 1e-2 to 1e-6. Larger values keep more pixels; smaller ones weaken the highest
+/// frequencies.
 const KEPT_MARGIN: f64 = 3.0;
 /// Width of the transition from kept to cut frequencies, in node spacings per tap. Larger values keep more pixels;
 /// smaller ones make the cut sharper and so the autocorrelation longer.
@@ -25,20 +26,22 @@ pub(super) const BAND_MARGIN: f64 = KEPT_MARGIN + TRANSITION;
 
 /// Weights of the kept frequencies along one axis.
 pub(super) struct Band {
-    /// Factor on the power in each bin, in FFT order. The number of bins is that of the pixels of the band-limited
-    /// autocorrelation.
+    /// Factor on the power in each bin, in FFT order. Bins have the frequencies of the spectrum before the cut, of
+    /// which the highest are left out. The number of bins is that of the pixels of the band-limited autocorrelation.
     pub weights: Vec<f64>,
 }
 
 impl Band {
-    /// Number of pixels, at most `lags`, of an autocorrelation whose spectrum is cut at `edge_per_um` (cycles/µm).
-    /// Before the cut it has `lags` pixels of the size `pixel_um`, one per lag.
+    /// Number of pixels, at most `lags`, of an autocorrelation whose spectrum is cut at `edge_per_um` (cycles/µm), from
+    /// which `lattice.rs` plans the size of pixels. Before the cut it has `lags` pixels of the size `pixel_um`, one for
+    /// each shift of the relief.
     pub(super) fn planned_pixels(lags: usize, pixel_um: f64, edge_per_um: f64) -> usize {
         // More than two pixels per period of the edge frequency. The conversion to an integer saturates.
         next_fast_len(((2.0 * edge_per_um * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)
     }
 
-    /// Number of pixels of the band-limited autocorrelation over `length_um`, in the pixel size of a planned axis.
+    /// Number of pixels of the band-limited autocorrelation over its length `length_um`, in the pixel size of a planned
+    /// axis. It differs from `axis.pixels`, which span the period of the table's lattice.
     pub(super) fn kept_pixels(axis: &LatticeAxis, length_um: f64) -> usize {
         (length_um * axis.pixels as f64 / axis.period_um).round() as usize
     }
@@ -52,7 +55,7 @@ impl Band {
             return Self { weights: vec![1.0; lags] };
         }
         // Ends of the transition in cycles/µm; `high` is half the sampling rate of the kept pixels. It exceeds `low`:
-        // the plan kept frequencies up to BAND_MARGIN.
+        // the pixels were planned for frequencies up to FREQUENCY_MAX_PER_UM and the whole BAND_MARGIN.
         let low = FREQUENCY_MAX_PER_UM + KEPT_MARGIN * axis.taps as f64 / axis.period_um;
         let high = 0.5 * kept as f64 / length_um;
         // The argument of erfc runs from −steepness at `low` to steepness at `high`; erfc(√ln(1/ε)) < ε, the tolerance.

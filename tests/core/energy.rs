@@ -216,7 +216,7 @@ fn albedos_below_one_are_not_divided() {
     for _ in 0..200 {
         let wi = direction(random.between(0.0, 75.0), random.between(-180.0, 180.0));
         let albedo = flat.albedo(wi, random.wavelength_nm()).unwrap();
-        // Albedos up to 1.002 are accepted at the nodes of the table.
+        // Errors of the integral from which the table is built.
         assert!((albedo - 1.0).abs() < 2e-3, "{wi:?}: {albedo}");
     }
     for name in [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar] {

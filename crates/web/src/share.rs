@@ -21,7 +21,7 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
     }
     add("exposure", settings.exposure.to_string());
     for (name, value) in surface_parameters(settings).into_iter().chain(method_options(settings)) {
-        // No factor multiplies the colours of GPU Gems, so the command refuses these with them.
+        // The form of GPU Gems has neither factor, so the command refuses both options with it.
         if is_gems(settings) && ["obliquity", "shadowing"].contains(&name) {
             continue;
         }
@@ -36,7 +36,7 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
     match settings.pigment {
         // The command's default.
         Pigment::Physical => {}
-        // Nothing lies below a film.
+        // A film has no diffuse layer, so it has no pigment.
         _ if settings.surface.body().is_some() => {}
         Pigment::Mix => {
             add("blend", "mix".to_owned());
@@ -59,8 +59,9 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
     parts.join(" ")
 }
 
-/// The XML scene of the picture of `size` = (width, height) in pixels. The plugin has neither the published methods nor
-/// [`Pigment::Mix`]: the scene has the model that those methods approximate, and the pigment of [`Pigment::Physical`].
+/// The XML scene of the picture of `size` = (width, height) in pixels. The plugin has only the method `table`, and not
+/// [`Pigment::Mix`]. For other methods the scene has the model that they approximate, and for `Mix` the pigment of
+/// [`Pigment::Physical`].
 pub fn xml(settings: &Settings, size: (u32, u32)) -> String {
     let mut scene = String::new();
     let mut line = |text: &str| {
@@ -168,7 +169,7 @@ fn scene_shape(settings: &Settings, write_line: &mut impl FnMut(&str)) {
             line(&format!("    <float name=\"radius\" value=\"{}\"/>", Shape::SPHERE_RADIUS_CM));
         }
     }
-    // A film has two sides of its own.
+    // The plugin's film handles both sides; an opaque surface needs the adapter `twosided`.
     let is_film = settings.surface.body().is_some();
     if !is_film {
         line("    <bsdf type=\"twosided\">");
@@ -177,7 +178,7 @@ fn scene_shape(settings: &Settings, write_line: &mut impl FnMut(&str)) {
     let is_number = |value: &str| value.parse::<f64>().is_ok();
     for (name, value) in surface_parameters(settings) {
         let kind = match (name, value.as_str()) {
-            // Strings, even if they look like numbers.
+            // Strings, even if they look like numbers. The plugin reads all its numbers as floats.
             ("filename" | "channel", _) => "string",
             (_, "true" | "false") => "boolean",
             (_, value) if is_number(value) => "float",
@@ -190,7 +191,7 @@ fn scene_shape(settings: &Settings, write_line: &mut impl FnMut(&str)) {
     }
     match (settings.pigment, settings.shape) {
         (Pigment::None, _) => {}
-        // Nothing lies below a film.
+        // A film has no diffuse layer, so it has no pigment.
         _ if is_film => {}
         (_, Shape::Snake) => {
             line("            <texture type=\"bitmap\" name=\"diffuse_reflectance\">");
@@ -210,9 +211,11 @@ fn scene_shape(settings: &Settings, write_line: &mut impl FnMut(&str)) {
 }
 
 /// Names and values of the plugin's parameters: those that select the relief, those that differ from the library's
-/// defaults, and always `eta` and `conserve_energy`.
+/// defaults, and always `eta` and `conserve_energy`. A new field of [`SurfaceConfig`] must be added here, unless
+/// [`ReliefSource::NAMES`] has it.
 fn surface_parameters(settings: &Settings) -> Vec<(&'static str, String)> {
     let (mut config, default) = (settings.config(), SurfaceConfig::default());
+    // A preset that is the default is written, too.
     if let Source::Preset(preset) = config.source() {
         config.preset = Some(preset);
     }

@@ -2,7 +2,8 @@
 //! WebAssembly that it loads.
 //!
 //! `INPUT.wasm` is `crates/web` compiled for `wasm32-unknown-unknown`. This program replaces the command
-//! `wasm-bindgen`, which would have to be installed in exactly the library's version. Cargo.toml pins that version.
+//! `wasm-bindgen`, whose version must equal that of the crate `wasm-bindgen` in `crates/web`. The package's Cargo.toml
+//! pins `wasm-bindgen-cli-support` to it.
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -25,7 +26,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         return Err("two arguments are needed: INPUT.wasm FOLDER".into());
     };
     let mut bindgen = Bindgen::new();
-    // For browsers without a bundler. The removed sections name the compiler and the functions; nothing reads them.
+    // For browsers without a bundler. The removed sections name the compiler and the functions, for debuggers.
     bindgen.input_path(input).web(true)?.typescript(false).remove_producers_section(true).remove_name_section(true);
     Ok(bindgen.generate(folder)?)
 }

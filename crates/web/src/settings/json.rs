@@ -8,16 +8,18 @@ use serde::Serialize;
 use sunbeam::config::SurfaceConfig;
 
 impl Settings {
-    /// Reads and checks a JSON object. Missing fields have the values of `Settings::default()`; those of a given
-    /// `surface` have the values of [`SurfaceConfig::default`].
+    /// Reads and checks a JSON object. Missing fields have the values of `Settings::default()`. Missing fields of a
+    /// given `surface` have the values of [`SurfaceConfig::default`].
     ///
     /// # Errors
-    /// [`WebError::Settings`] for a text that is no JSON, and for settings that are unknown, of the wrong type or out
-    /// of range.
+    /// [`WebError::Settings`] for a text that is no JSON object, and for settings that are unknown, of the wrong type
+    /// or out of range.
     pub fn from_json(json: &str) -> Result<Self, WebError> {
         let mut value: serde_json::Value =
             serde_json::from_str(json).map_err(|error| WebError::Settings(format!("not valid JSON: {error}")))?;
-        let surface = value.as_object_mut().and_then(|fields| fields.remove("surface"));
+        let fields =
+            value.as_object_mut().ok_or_else(|| WebError::Settings("settings must be a JSON object".into()))?;
+        let surface = fields.remove("surface");
         let mut settings: Self =
             serde_json::from_value(value).map_err(|error| WebError::Settings(error.to_string()))?;
         if let Some(surface) = surface {
@@ -63,7 +65,8 @@ pub(super) fn serialised(value: &impl Serialize) -> String {
 }
 
 /// The fields of the object `value` that `base` lacks or has with another value; objects are compared field by field.
-/// `None` if there are none. Fields that only `base` has are ignored, so serialisation must not skip any.
+/// `None` if there are none. Fields that only `base` has are ignored, so serialisation may skip only fields that the
+/// default lacks, too.
 fn difference(value: serde_json::Value, base: &serde_json::Value) -> Option<serde_json::Value> {
     use serde_json::Value;
     match (value, base) {

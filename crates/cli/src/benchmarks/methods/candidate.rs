@@ -27,11 +27,11 @@ pub(super) struct Candidate {
 
 /// The evaluator behind a candidate.
 pub(super) enum Evaluator {
-    /// A method that computes colours, in single precision. Its answers are the relief's factor S/λ² in 1/sr, with the
-    /// power spectrum S. It is `f_r` without the Fresnel factor and without `O·M`, the obliquity and shadowing factor.
+    /// A method that computes colours, in single precision. Its answers are S/λ² in 1/sr, with the power spectrum S.
+    /// The reflectance `f_r` is S/λ² times the Fresnel factor, the obliquity factor O and the shadowing factor M.
     Colour(Box<dyn Method>),
-    /// The spectral tables, with the wavelengths and weights that turn a spectrum into a colour. Their values include
-    /// `O·M`.
+    /// A surface whose spectral tables are read at each wavelength, with the wavelengths and weights that turn a
+    /// spectrum into a colour. Their values include `O·M`.
     Spectral(Arc<Surface>, SpectralToRgb),
 }
 
@@ -45,7 +45,8 @@ impl Candidate {
 
     /// The linear sRGB of `f_r` in 1/sr, without the Fresnel factor.
     ///
-    /// `factor` is the obliquity and shadowing factor `O·M` of the pair (docs/model.md#the-reflectance).
+    /// `factor` is the obliquity and shadowing factor `O·M` of the pair (docs/model.md#the-reflectance). Spectral
+    /// tables include it, so only [`Evaluator::Colour`] is multiplied by it.
     pub(super) fn rgb(&self, pair: &DirectionPair, factor: f64) -> [f64; 3] {
         match &self.evaluator {
             Evaluator::Colour(method) => {
