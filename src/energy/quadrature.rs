@@ -104,9 +104,8 @@ pub(super) fn integrate(
     // A narrow portion far from the horizon, which the pixels resolve, has one node, at its centre. `cos_outer` is
     // about the smallest cosθo.
     let cos_outer = (1.0 - (rho + widest).powi(2)).max(0.0).sqrt();
-    if count(2.0 * widest, ROWS_PER_COSINE.max(steps_per_radian(cos_outer) / cos_outer)) == 1.0
-        && let Some(wo) = direction_above(centre[0], centre[1])
-        && resolved(wo, [widest; 2]) == 1.0
+    let is_narrow = count(2.0 * widest, ROWS_PER_COSINE.max(steps_per_radian(cos_outer) / cos_outer)) == 1.0;
+    if let Some(wo) = direction_above(centre[0], centre[1]).filter(|&wo| is_narrow && resolved(wo, [widest; 2]) == 1.0)
     {
         visit(wo, 1.0);
         return;
