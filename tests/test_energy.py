@@ -18,9 +18,8 @@ QUADRATURE_RTOL = 3e-3
 # Relative difference in single precision, and the fraction of the density below which values are compared absolutely,
 # as in test_twins.py.
 RECIPROCITY_RTOL, RECIPROCITY_FLOOR = 2e-4, 2e-2
-# Error of a mirror's integral over its lobe: the colour table's splines, its mantissas of nine bits, and the albedo of wide
-# orders near the normal, 1.001, which is not divided. Measured
-# 1.6e-3.
+# Error of a mirror's integral over its lobe: the colour table's splines, its mantissas of nine bits, and the albedo of
+# wide orders near the normal, 1.001, which is not divided. Measured 1.6e-3.
 MIRROR_RTOL = 2e-3
 
 # Five standard errors of a channel of one pixel with 256 samples (0.012).
