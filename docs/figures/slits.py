@@ -2,8 +2,8 @@
 
 Draws the plots of figures 1.4 and 1.5 of Single 2014, a thesis, from the formula below.
 
-Symbols: N slits of width a, with centres d apart, in light of wavelength λ at normal incidence; `sine` is the sine of the
-angle to the grating's normal. The relative intensity in the far field, 1 where all waves are in phase, is
+Symbols: N slits of width a, with centres d apart, in light of wavelength λ at normal incidence; `sine` is the sine of
+the angle to the grating's normal. The relative intensity in the far field, 1 where all waves are in phase, is
 
     I = (sin Nx / (N sin x))² · (sin β / β)²,   x = π d·sine/λ,   β = π a·sine/λ.
 
