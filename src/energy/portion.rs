@@ -32,9 +32,8 @@ const WIDE_SIGMA: f64 = 0.04;
 const WIDE_SIDE_SIGMAS: f64 = 0.7;
 /// Standard deviation of a uniform variate on an interval of length 1: 1/√12.
 const UNIFORM_SIGMA: f64 = 0.288_675_134_594_812_9;
-/// Distance from its centre, in standard deviations, up to which a Gaussian is summed into squares. 3e-4 of its power
-/// lies beyond.
-const REACH: f64 = 3.6;
+/// Distance from its centre, in standard deviations, at which a Gaussian is cut off. 3e-4 of its power lies beyond.
+pub(super) const REACH: f64 = 3.6;
 
 /// Gaussian or square of frequencies, with its portion of the power of a spectral table.
 #[derive(Clone)]

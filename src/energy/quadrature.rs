@@ -11,7 +11,7 @@
 //! quadrature node, at its middle, with the portion's probability in the step. Along a row `du = cosθo dψ`. So the
 //! factor `1/cosθo` of the reflectance is integrated to the second order of the step, also at the horizon.
 
-use super::portion::{Incidence, Portion};
+use super::portion::{Incidence, Portion, REACH};
 use crate::scattering::{Vec3, direction_above};
 use std::f64::consts::TAU;
 
@@ -36,7 +36,7 @@ const COUNT_MAX: f64 = 256.0;
 /// standard deviations.
 #[derive(Clone, Copy)]
 enum Variate {
-    /// Normal variate, cut off at [`Variate::reach`]; 3e-4 of its power lies beyond.
+    /// Normal variate, cut off at [`REACH`].
     Normal,
     /// Uniform variate, that of a square.
     Uniform,
@@ -46,7 +46,7 @@ impl Variate {
     /// Largest distance from the centre.
     fn reach(self) -> f64 {
         match self {
-            Self::Normal => 3.6,
+            Self::Normal => REACH,
             // √3.
             Self::Uniform => 1.732_050_807_568_877_2,
         }
