@@ -3,72 +3,75 @@
 use super::grid::Grid;
 use super::integral::AlbedoIntegral;
 use super::nodes::Nodes;
-use super::{AlbedoLayout, AlbedoView};
-use crate::numeric::{Lanes, Numbers, Real, Values};
-use crate::scattering::Vec3;
-use crate::table::Progress;
+use super::{AlbedoLayout, AlbedoTable, AlbedoView, Real4};
+use crate::numeric::{Lanes, Real, Values};
+use crate::scattering::{SLAB_PHASE, SLAB_PHASE_OF_RIDGES, SizeRange, Vec3};
+use crate::table::{Progress, Steps};
 
 /// Numbers of cells along each side and of planes of a table with narrow orders. Chosen for albedos of at most 1.01
-/// (`tests/core/energy.rs`). With 48 cells, divisors are raised more widely around ridges: where the albedo of a
-/// sinusoid is below 0.98, division removes 2.3 % of it instead of 1.6 %.
-const SIZE_OF_ORDERS: (u32, u32) = (64, 17);
-/// Numbers of cells and planes of other tables, chosen as those of [`SIZE_OF_ORDERS`].
-const SIZE: (u32, u32) = (20, 9);
-/// Numbers of cells and planes where the spectrum is continuous, and smoother than that of orders. They take half of
-/// the time of [`SIZE`].
-const SIZE_CONTINUOUS: (u32, u32) = (16, 7);
-/// Check points in each cell of a table with narrow orders. With 22, an albedo of 1.014 remains at 89.5° on a blazed
-/// grating; more take longer.
-const CHECKS_OF_ORDERS: usize = 32;
-/// Check points in each cell of other tables. With 4, an albedo of 1.024 remains on a relief 2 µm deep; more take
+/// (`tests/core/energy.rs`). With 48 cells and 13 planes, the build takes half as long, but divisors are raised more
+/// widely around ridges, and the mean albedo of a sinusoid is lower by 0.003.
+const SIZE_OF_ORDERS: (u32, u32) = (56, 15);
+/// Numbers of cells and planes of other tables, chosen as those of [`SIZE_OF_ORDERS`]. With (20, 9), the build takes
+/// twice as long, and the mean albedo of the preset *Xenopeltis* is higher by 0.008.
+pub(super) const SIZE: (u32, u32) = (16, 7);
+/// Check points in each cell of a table with narrow orders. With 14, an albedo of 1.013 remains on gratings; more take
 /// longer.
-const CHECKS: usize = 8;
+const CHECKS_OF_ORDERS: usize = 20;
+/// Check points in each cell of other tables. With 6, an albedo of 1.020 remains on a relief 2 µm deep; more take
+/// longer.
+pub(super) const CHECKS: usize = 8;
 /// Excess of the least divisor b, as a fraction of the albedo's excess `a − 1`. With 0.5, the mean albedo of a steep
 /// sinusoid is lower by 0.01. With 0.7, t has ridges too narrow for the check points, and an albedo of 1.015 remains on
 /// a blazed grating.
 const LEAST_FRACTION: f64 = 0.6;
-/// Albedo that is accepted at nodes and check points. Chosen: less than the fast integral's errors.
-const ACCEPTED: f64 = 1.0003;
+/// Albedo that is accepted at nodes and check points. Chosen: the limit of 1.01 leaves the rest to directions between
+/// check points.
+const ACCEPTED: f64 = 1.002;
 /// Number of iterations for t. Every iterate is an upper bound of t. Chosen: more give smaller divisors, but take
 /// longer.
 const ITERATIONS: usize = 4;
-
-/// Four numbers, one in each lane.
-type Real4 = <Lanes<'static> as Numbers>::Real;
-
-/// Number of cells along each side of a relief's table, and number of its planes of wavelength.
-pub(super) fn resolution(integral: &AlbedoIntegral) -> (u32, u32) {
-    match (integral.has_narrow_orders(), integral.is_continuous()) {
-        (true, _) => SIZE_OF_ORDERS,
-        (false, false) => SIZE,
-        (false, true) => SIZE_CONTINUOUS,
-    }
-}
 
 /// Excess `A − 1` of the divisor that leaves an [`ACCEPTED`] albedo.
 pub(super) fn excess(albedo: f64) -> f64 {
     (albedo / ACCEPTED - 1.0).max(0.0)
 }
 
-/// Packets `[gap][y][x]` of a slab. `wavelength_nm` gives the wavelength at a position among the planes, from 0 to
-/// `planes − 1`.
-pub(super) fn slab(
-    integral: &AlbedoIntegral,
-    AlbedoLayout { cells, planes, .. }: AlbedoLayout,
-    wavelength_nm: impl Fn(f64) -> f64 + Sync,
-    progress: &Progress,
-) -> Vec<u32> {
+/// The table of a relief that reflects, for a range of `sizes` or its own size.
+pub(super) fn reflecting(integral: &AlbedoIntegral, sizes: Option<&SizeRange>, progress: &Progress) -> AlbedoTable {
+    let is_of_orders = integral.has_narrow_orders();
+    let ((cells, planes), checks, slab_phase) = if is_of_orders {
+        (SIZE_OF_ORDERS, CHECKS_OF_ORDERS, SLAB_PHASE_OF_RIDGES)
+    } else {
+        (SIZE, CHECKS, SLAB_PHASE)
+    };
+    let layout = AlbedoLayout::new(cells, planes, sizes, integral.phase_max(), slab_phase);
     let nodes = Nodes {
         grid: Grid { cells },
-        planes,
+        planes: layout.planes,
         is_mirrored: integral.is_mirrored(),
         has_pole: !integral.is_dielectric(),
     };
-    let checks = if integral.has_narrow_orders() { CHECKS_OF_ORDERS } else { CHECKS };
+    let integral = &sizes.map_or_else(|| integral.clone(), |sizes| integral.clone().of_sizes(sizes));
     // Nodes are integrated twice, for b and for t.
-    let steps = progress.of_steps(2 * nodes.len() + checks * nodes.cells());
+    let steps = progress.of_steps(layout.slabs() as usize * (2 * nodes.len() + checks * nodes.cells()));
+    let words = (0..layout.slabs()).flat_map(|slab| {
+        let wavelengths_nm = |plane: f64| layout.wavelengths_nm(plane, slab);
+        slab_packets(integral, nodes, checks, wavelengths_nm, &steps)
+    });
+    AlbedoTable { layout, words: words.collect() }
+}
+
+/// Packets `[gap][y][x]` of a slab. `wavelengths_nm` gives λ' and λ" at a position among the planes.
+fn slab_packets(
+    integral: &AlbedoIntegral,
+    nodes: Nodes,
+    checks: usize,
+    wavelengths_nm: impl Fn(f64) -> [f64; 2] + Sync,
+    steps: &Steps,
+) -> Vec<u32> {
     let least = nodes
-        .values(&steps, |wi, plane| LEAST_FRACTION * excess(parts_and_bound(integral, wi, wavelength_nm(plane)).1));
+        .values(steps, |wi, plane| LEAST_FRACTION * excess(parts_and_bound(integral, wi, wavelengths_nm(plane)).1));
     let words = nodes.packets(&least);
     // The small-slope factor of a dielectric vanishes at the horizon. So there are no ridges between nodes, and
     // divisors of one at all nodes suffice.
@@ -77,7 +80,7 @@ pub(super) fn slab(
     }
     let b = AlbedoView::<Lanes> { layout: nodes.layout(), words: &words };
     let needed = |wi: Vec3, plane: f64, enough: f64| {
-        let (parts, mut t) = parts_and_bound(integral, wi, wavelength_nm(plane));
+        let (parts, mut t) = parts_and_bound(integral, wi, wavelengths_nm(plane));
         // The first bound suffices if it is small enough.
         if t > 1.0 + enough {
             // Parts of a with 1/b(wo), where b = 1 + excess.
@@ -94,18 +97,18 @@ pub(super) fn slab(
         }
         excess(t)
     };
-    let mut values = nodes.values(&steps, |wi, plane| needed(wi, plane, 0.0));
+    let mut values = nodes.values(steps, |wi, plane| needed(wi, plane, 0.0));
     // b must not exceed the divisor anywhere.
     values.iter_mut().zip(&least).for_each(|(value, least)| *value = value.max(*least));
-    nodes.raise(&mut values, checks, &steps, needed);
+    nodes.raise(&mut values, checks, steps, needed);
     nodes.packets(&values)
 }
 
 /// Sets of four directions wo with their parts of the albedo a of wi, and `max(1, a)`, the first upper bound of t.
-fn parts_and_bound(integral: &AlbedoIntegral, wi: Vec3, nm: f64) -> (Vec<([Real4; 3], Real4)>, f64) {
+fn parts_and_bound(integral: &AlbedoIntegral, wi: Vec3, wavelengths_nm: [f64; 2]) -> (Vec<([Real4; 3], Real4)>, f64) {
     let mut parts = Vec::new();
     let mut albedo = Real4::lit(0.0);
-    integral.visit::<Lanes>(wi, nm, |wo, part| {
+    integral.visit::<Lanes>(wi, wavelengths_nm, |wo, part| {
         albedo += part;
         parts.push((wo, part));
     });

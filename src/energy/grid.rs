@@ -11,7 +11,7 @@ use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::{COSINE_MIN, Vec3};
 
 /// Smallest cosθ at nodes on the rim and beyond it, since the albedo may be infinite at the horizon. One cell inside
-/// the rim of the finest grid (64 cells, `build.rs`) the cosine is 0.004.
+/// the rim of the finest grid (56 cells, `build.rs`) the cosine is 0.005.
 const RIM_COSINE: f64 = 1e-3;
 
 /// Place of a direction in a grid.
@@ -81,11 +81,5 @@ impl Grid {
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
         let scale = if radius > 0.0 { sin / radius } else { 0.0 };
         ([x * scale, y * scale, cos], radius)
-    }
-
-    /// Whether the distance of a node from the rim, outwards, exceeds the diagonal of a cell, `√2·2/cells`. Such a node
-    /// belongs to no cell that overlaps the disc. `radius` is its distance from the centre of the disc.
-    pub(super) fn is_beyond(self, radius: f64) -> bool {
-        radius > 1.0 + 8f64.sqrt() / f64::from(self.cells)
     }
 }

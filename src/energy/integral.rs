@@ -9,13 +9,13 @@
 //! and a finer quadrature.
 //!
 //! A resized relief has its pattern s times as wide and its heights d times as large as the table's. Frequencies then
-//! follow from λ' = λ/s, and the phase rate κ from λ" = λ/d (`scattering/size.rs`). The wavelengths that callers pass
-//! are λ'. Without resizing λ, λ' and λ" are equal. w is `cosθi + cosθo`.
+//! follow from λ' = λ/s, and the phase rate κ from λ" = λ/d (`scattering/size.rs`). Without resizing λ, λ' and λ" are
+//! equal. w is `cosθi + cosθo`.
 
-use super::portion::{Incidence, Portion, is_continuous, node_gaussians, portions};
+use super::portion::{Incidence, Portion, node_gaussians, portions};
 use super::quadrature::integrate;
 use crate::numeric::{Number, Real, Values};
-use crate::scattering::{COSINE_MIN, Obliquity, Options, SpectralIndex, Vec3};
+use crate::scattering::{COSINE_MIN, Obliquity, Options, SizeRange, SpectralIndex, Vec3};
 use crate::table::{NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MIN_NM};
 use std::f64::consts::TAU;
 
@@ -24,6 +24,7 @@ use std::f64::consts::TAU;
 const REFINEMENT: f64 = 12.0;
 
 /// Albedo integral of one ensemble table, at any incidence and wavelength.
+#[derive(Clone)]
 pub(crate) struct AlbedoIntegral<'a> {
     table: &'a SpectralTable,
     /// Obliquity, shadowing and index: the parameters of F.
@@ -32,8 +33,8 @@ pub(crate) struct AlbedoIntegral<'a> {
     portions: Vec<Portion<'a>>,
     /// Factor on the numbers of rows and steps of the quadrature (`quadrature.rs`).
     refinement: f64,
-    /// λ" in nm for every integral; `None` where λ" is the integral's own wavelength λ'.
-    depth_wavelength_nm: Option<f64>,
+    /// Relative depth d at which the refractive index is read, at λ = λ"·d.
+    depth: f64,
 }
 
 impl<'a> AlbedoIntegral<'a> {
@@ -57,32 +58,36 @@ impl<'a> AlbedoIntegral<'a> {
     ) -> Option<Self> {
         (table.quantity() == NodeQuantity::Power).then(|| {
             let portions = portions(table);
-            Self { table, options, portions, refinement, depth_wavelength_nm: None }
+            Self { table, options, portions, refinement, depth: 1.0 }
         })
     }
 
-    /// Multiplies the standard deviations of Gaussians by `factor`. Squares stay unchanged.
-    pub(super) fn scale_widths(&mut self, factor: f64) {
+    /// The integral for a range of sizes.
+    ///
+    /// Orders of gratings keep their width when the pattern is resized. In units of the resized pattern they are
+    /// narrowest at the smallest scale, where albedos are largest; all sizes get this width. Squares stay unchanged.
+    /// The index is that of the largest depth, which is exact for a single depth.
+    pub(super) fn of_sizes(mut self, sizes: &SizeRange) -> Self {
         for portion in self.portions.iter_mut().filter(|portion| !portion.is_square) {
-            portion.sigma_f = portion.sigma_f.map(|sigma| sigma * factor);
+            portion.sigma_f = portion.sigma_f.map(|sigma| sigma * sizes.scale[0]);
         }
-    }
-
-    /// Sets λ" in nm for every integral; `None` restores each integral's own wavelength.
-    pub(super) fn set_depth_wavelength(&mut self, nm: Option<f64>) {
-        self.depth_wavelength_nm = nm;
+        Self { depth: sizes.depth[1], ..self }
     }
 
     /// Calls `visit` with the quadrature nodes of `∫ f cosθo dωo`, `V::COUNT` at once: directions wo and their parts of
     /// the integral, whose sum is the albedo. Surplus lanes have parts of zero. Nothing is visited unless wi lies above
-    /// the surface.
+    /// the surface. The wavelengths in nm are λ' and λ".
     ///
     /// The reflectance f excludes the Fresnel reflectance and includes the small-slope factor.
-    pub(crate) fn visit<V: Values>(&self, wi: Vec3, wavelength_nm: f64, mut visit: impl FnMut([V::Real; 3], V::Real)) {
+    pub(crate) fn visit<V: Values>(
+        &self,
+        wi: Vec3,
+        [wavelength_nm, depth_wavelength_nm]: [f64; 2],
+        mut visit: impl FnMut([V::Real; 3], V::Real),
+    ) {
         if wi[2] <= 0.0 {
             return;
         }
-        let depth_wavelength_nm = self.depth_wavelength_nm.unwrap_or(wavelength_nm);
         let phase_per_cosine = phase_per_cosine(self.table, 1e-3 * depth_wavelength_nm);
         let wavelength_um = 1e-3 * wavelength_nm;
         let axes = [&self.table.lattice().x, &self.table.lattice().y];
@@ -94,13 +99,7 @@ impl<'a> AlbedoIntegral<'a> {
             integrate(portion, &incidence, self.refinement, |wo, fraction| nodes.push((wo, fraction, &portion.record)));
         }
         nodes.resize(nodes.len().next_multiple_of(V::COUNT), ([0.0, 0.0, 1.0], 0.0, &[]));
-        // The index is that of the wavelength λ = λ"·d at the relative depth d. The largest depth stands for the range,
-        // which is exact for a single depth.
-        let index_nm = match (self.depth_wavelength_nm, self.options.sizes) {
-            (Some(nm), Some(sizes)) => nm * sizes.depth[1],
-            _ => wavelength_nm,
-        };
-        let index = self.options.index.as_ref().map(|index| index.at(index_nm));
+        let index = self.options.index.as_ref().map(|index| index.at(depth_wavelength_nm * self.depth));
         let kappa_per_w = V::Real::lit(TAU * 1e3 / depth_wavelength_nm);
         // Cosines are bounded from below, since F divides by them.
         let [x, y, cos_i] = [wi[0], wi[1], wi[2].max(COSINE_MIN)].map(V::Real::lit);
@@ -115,32 +114,26 @@ impl<'a> AlbedoIntegral<'a> {
     }
 
     /// Whether the relief varies along x alone, so that directions mirrored at the x axis have equal albedos.
-    pub(crate) fn is_mirrored(&self) -> bool {
+    pub(super) fn is_mirrored(&self) -> bool {
         self.table.kept_nodes().iter().all(|&(_, jy, _)| jy == 0)
     }
 
-    /// Phase in radians between the relief's lowest and highest point, per unit of w: at λ" if it is set, else at the
-    /// shortest wavelength of the tables.
-    pub(crate) fn phase_max(&self) -> f64 {
-        phase_per_cosine(self.table, 1e-3 * self.depth_wavelength_nm.unwrap_or(WAVELENGTH_MIN_NM))
+    /// [`phase_per_cosine`] at the shortest wavelength of the tables.
+    pub(super) fn phase_max(&self) -> f64 {
+        phase_per_cosine(self.table, 1e-3 * WAVELENGTH_MIN_NM)
     }
 
     /// Whether all portions are Gaussians, which are narrow in the fast integral. The albedo has a high ridge where one
     /// of them leaves along the surface.
-    pub(crate) fn has_narrow_orders(&self) -> bool {
+    pub(super) fn has_narrow_orders(&self) -> bool {
         self.portions.iter().all(|portion| !portion.is_square)
     }
 
     /// Whether F contains the small-slope factor of a dielectric, so that it vanishes at the horizon instead of having
     /// a pole.
-    pub(crate) fn is_dielectric(&self) -> bool {
+    pub(super) fn is_dielectric(&self) -> bool {
         let index = self.options.index.as_ref();
         self.options.obliquity == Obliquity::SmallSlope && index.is_some_and(SpectralIndex::is_dielectric)
-    }
-
-    /// Whether the spectrum is continuous along an axis.
-    pub(crate) fn is_continuous(&self) -> bool {
-        is_continuous(self.table)
     }
 }
 
@@ -162,7 +155,7 @@ mod tests {
     /// The albedo, computed in the numbers `V`.
     fn albedo<V: Values>(integral: &AlbedoIntegral, wi: Vec3, nm: f64) -> f64 {
         let mut sum = 0.0;
-        integral.visit::<V>(wi, nm, |_, part| sum += V::total(part));
+        integral.visit::<V>(wi, [nm; 2], |_, part| sum += V::total(part));
         sum
     }
 

@@ -26,8 +26,7 @@
 //!    (`nodes.rs`).
 //!
 //! Where an order passes the horizon, t has a ridge narrower than a cell. Tables of narrow orders therefore have more
-//! check points. Between these an albedo of 1.01 may remain
-//! (docs/tables.md#energy).
+//! check points. Between these an albedo of 1.01 may remain (docs/tables.md#energy).
 
 mod bands;
 mod build;
@@ -47,12 +46,14 @@ pub(crate) use report::integrated_albedos;
 pub use sizes::SizeAxes;
 
 use crate::numeric::math::{bf16_pair, lerp};
-use crate::numeric::{Index, Number, Numbers, Plain, Real};
-use crate::scattering::{Options, Reading, Vec3};
+use crate::numeric::{Index, Lanes, Number, Numbers, Plain, Real};
+use crate::scattering::{Options, Reading, SizeRange, Vec3};
 use crate::table::{Progress, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
-use build::{resolution, slab};
-use grid::{Grid, place};
+use grid::place;
 use serde::{Deserialize, Serialize};
+
+/// Four numbers, one in each lane.
+type Real4 = <Lanes<'static> as Numbers>::Real;
 
 /// Fraction of a build's progress at which the nodes are done; the report takes the rest. Chosen; for display only.
 const NODES_DONE: f64 = 0.9;
@@ -70,6 +71,33 @@ pub struct AlbedoLayout {
     pub planes_per_nm: f32,
     /// Planes and slabs of a table for several relative sizes, whose planes are not uniform in wavelength.
     pub sizes: Option<SizeAxes>,
+}
+
+impl AlbedoLayout {
+    /// Layout for a range of `sizes`, or for one size. `planes` are those of one size over the tables' range of
+    /// wavelengths. `phase_max` and `slab_phase` are those of [`SizeAxes::covering`].
+    fn new(cells: u32, planes: u32, sizes: Option<&SizeRange>, phase_max: f64, slab_phase: f64) -> Self {
+        if let Some(sizes) = sizes {
+            let (planes, axes) = SizeAxes::covering(sizes, planes, phase_max, slab_phase);
+            return Self { cells, planes, wavelength_min_nm: 0.0, planes_per_nm: 0.0, sizes: Some(axes) };
+        }
+        let planes_per_nm = (f64::from(planes - 1) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM)) as f32;
+        Self { cells, planes, wavelength_min_nm: WAVELENGTH_MIN_NM as f32, planes_per_nm, sizes: None }
+    }
+
+    /// Number of slabs.
+    fn slabs(&self) -> u32 {
+        self.sizes.map_or(1, |sizes| sizes.slabs)
+    }
+
+    /// Wavelengths [λ', λ"] in nm (`sizes.rs`) at a position among the planes of a slab, in planes from the first. They
+    /// are equal for one size.
+    fn wavelengths_nm(&self, plane: f64, slab: u32) -> [f64; 2] {
+        match &self.sizes {
+            Some(axes) => [axes.plane_nm(plane), axes.slab_nm(slab)],
+            None => [f64::from(self.wavelength_min_nm) + plane / f64::from(self.planes_per_nm); 2],
+        }
+    }
 }
 
 /// Table of the divisor A over directions and wavelengths; see the [module](self).
@@ -106,23 +134,10 @@ impl AlbedoTable {
     /// Builds the divisors for an ensemble's spectral table, and reports the albedos before and after division. `None`
     /// for a table of amplitudes, whose powers do not add.
     pub fn build(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<(Self, AlbedoReport)> {
-        let mut integral = AlbedoIntegral::fast(table, options)?;
-        let albedos = Self::of_integral(&mut integral, options, &progress.part(0.0, NODES_DONE));
+        let integral = AlbedoIntegral::fast(table, options)?;
+        let albedos = build::reflecting(&integral, options.sizes.as_ref(), &progress.part(0.0, NODES_DONE));
         let report = AlbedoReport::new(&integral, &albedos, &progress.part(NODES_DONE, 1.0));
         Some((albedos, report))
-    }
-
-    /// The table of an integral, for one size of the relief or the range of the options.
-    fn of_integral(integral: &mut AlbedoIntegral, options: &Options, progress: &Progress) -> Self {
-        if let Some(sizes) = &options.sizes {
-            return sizes::build(integral, sizes, progress);
-        }
-        let (cells, planes) = resolution(integral);
-        let per_nm = f64::from(planes - 1) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM);
-        let (wavelength_min_nm, planes_per_nm) = (WAVELENGTH_MIN_NM as f32, per_nm as f32);
-        let layout = AlbedoLayout { cells, planes, wavelength_min_nm, planes_per_nm, sizes: None };
-        let wavelength_nm = |plane: f64| WAVELENGTH_MIN_NM + plane / per_nm;
-        Self { layout, words: slab(integral, layout, wavelength_nm, progress) }
     }
 
     /// Dimensions of the table.
@@ -194,8 +209,8 @@ impl<N: Numbers> AlbedoView<N> {
     /// below the relief. The direction points upwards on either side.
     #[inline(always)]
     pub(crate) fn place_at_body(&self, w: [N::Real; 3], is_below: N::Mask) -> GridPlace<N> {
-        let AlbedoLayout { cells, planes, sizes, .. } = self.layout;
-        let in_side = sizes.map_or(1, |sizes| sizes.slabs) * (planes - 1) * cells * cells;
+        let AlbedoLayout { cells, planes, .. } = self.layout;
+        let in_side = self.layout.slabs() * (planes - 1) * cells * cells;
         let place = self.place(w);
         // Packets of the first side, which are skipped for directions below.
         let first = N::Index::select(is_below, N::Index::lit(in_side), N::Index::lit(0));
@@ -261,23 +276,4 @@ impl<N: Numbers> AlbedoView<N> {
         });
         lerp(low, high, fraction)
     }
-}
-
-/// Packets `[gap][y][x]` of all cells of a slab. `value` is that of a plane's node, numbered `[y][x]`.
-fn packets(grid: Grid, planes: u32, value: impl Fn(usize, usize) -> f32) -> Vec<u32> {
-    let cells = grid.cells as usize;
-    let words = (0..cells * cells * (planes as usize - 1)).flat_map(|i| {
-        let [x, y, plane] = [i % cells, i / cells % cells, i / cells / cells];
-        // Steps along x, along y and to the next plane.
-        let corner =
-            |dx: usize, dy: usize, d_plane: usize| bf16_above(value(plane + d_plane, (y + dy) * grid.side() + x + dx));
-        [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dy, d_plane)| corner(0, dy, d_plane) | corner(1, dy, d_plane) << 16)
-    });
-    words.collect()
-}
-
-/// Bits of the smallest bfloat16 that is at least `value`, which must not be negative.
-fn bf16_above(value: f32) -> u32 {
-    let bits = value.to_bits();
-    (bits >> 16) + u32::from(bits & 0xffff != 0)
 }

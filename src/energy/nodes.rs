@@ -7,7 +7,7 @@
 //! cells and planes from the first.
 
 use super::grid::Grid;
-use super::{AlbedoLayout, AlbedoView, packets};
+use super::{AlbedoLayout, AlbedoView};
 use crate::numeric::Plain;
 use crate::scattering::Vec3;
 use crate::table::Steps;
@@ -15,9 +15,9 @@ use rayon::prelude::*;
 use std::array;
 
 /// Factor on the excess that check points near the horizon require where albedos have a pole there, and divisors change
-/// most within a cell. With 1.1, an albedo of 1.017 remains at 89.5° on a lamellar grating; with 1.4, one of 1.125
-/// beyond 87° on a relief of several sizes (`sizes.rs`). Little power leaves there.
-const RIM_INCREASE: f64 = 1.6;
+/// most within a cell. With 1.0, an albedo of 1.20 remains at 89° on a blazed grating; with 1.3, one of 1.087 beyond 87°
+/// on a relief of several sizes (`sizes.rs`). Little power leaves there.
+const RIM_INCREASE: f64 = 1.4;
 /// Radius of the grid beyond which [`RIM_INCREASE`] applies: 85.6°. With 0.9, an albedo of 1.02 remains at 88° on a
 /// blazed grating with a coherence length of 5 µm.
 const RIM_RADIUS: f64 = 0.85;
@@ -73,23 +73,27 @@ impl Nodes {
     pub(super) fn values(self, steps: &Steps, excess: impl Fn(Vec3, f64) -> f64 + Sync) -> Vec<f32> {
         let value = |i: usize| {
             steps.one();
-            let (wi, radius) = self.grid.direction(self.grid.position(i % self.in_plane()));
-            // A node just beyond the horizon has the value at the horizon; nodes farther out are never read.
-            if self.grid.is_beyond(radius) {
-                0.0
-            } else {
-                (excess(wi, (i / self.in_plane()) as f64) * wi[2] * wi[2]) as f32
-            }
+            let (wi, _) = self.grid.direction(self.grid.position(i % self.in_plane()));
+            (excess(wi, (i / self.in_plane()) as f64) * wi[2] * wi[2]) as f32
         };
         (0..self.len()).into_par_iter().map(value).collect()
     }
 
-    /// Packets of all cells, from the values of the stored nodes.
+    /// Packets `[gap][y][x]` of all cells, from the values of the stored nodes.
     pub(super) fn packets(self, values: &[f32]) -> Vec<u32> {
-        packets(self.grid, self.planes, |plane, node| {
+        let cells = self.grid.cells as usize;
+        // Bits of the value at a corner of a cell.
+        let corner = |x: usize, y: usize, plane: usize| {
+            let node = y * self.grid.side() + x;
             let node = if self.is_mirrored { node.min(self.grid.mirrored(node)) } else { node };
-            values[plane * self.in_plane() + node]
-        })
+            bf16_above(values[plane * self.in_plane() + node])
+        };
+        let words = (0..cells * cells * (self.planes as usize - 1)).flat_map(|i| {
+            let [x, y, plane] = [i % cells, i / cells % cells, i / cells / cells];
+            [(y, plane), (y + 1, plane), (y, plane + 1), (y + 1, plane + 1)]
+                .map(|(y, plane)| corner(x, y, plane) | corner(x + 1, y, plane) << 16)
+        });
+        words.collect()
     }
 
     /// Layout of the slab's packets.
@@ -158,4 +162,10 @@ impl Nodes {
 pub(super) fn unit_point(k: usize) -> [f64; 3] {
     [0.819_172_513_396_164_5, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3]
         .map(|step| (0.5 + k as f64 * step).fract())
+}
+
+/// Bits of the smallest bfloat16 that is at least `value`, which must not be negative.
+fn bf16_above(value: f32) -> u32 {
+    let bits = value.to_bits();
+    (bits >> 16) + u32::from(bits & 0xffff != 0)
 }

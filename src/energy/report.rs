@@ -2,7 +2,7 @@
 
 use super::integral::AlbedoIntegral;
 use super::nodes::unit_point;
-use super::{AlbedoTable, AlbedoView};
+use super::{AlbedoTable, AlbedoView, Real4};
 use crate::numeric::{Lanes, Numbers, Real, Values};
 use crate::scattering::{Reading, Vec3};
 use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
@@ -13,9 +13,6 @@ use std::f64::consts::TAU;
 /// Number of incident directions and wavelengths over which the means are taken. Chosen: with eight times as many, the
 /// means of the presets change by at most 0.002.
 const QUERIES: usize = 2000;
-
-/// Four numbers, one in each lane.
-type Real4 = <Lanes<'static> as Numbers>::Real;
 
 /// Albedos before and after division by an [`AlbedoTable`], at the relief's own size and without the Fresnel
 /// reflectance.
@@ -39,7 +36,7 @@ pub(crate) fn integrated_albedos(
     let divided = view.as_ref().map(|view| (view, view.place(wi.map(Real4::lit))));
     let reading = Reading::at(Real4::lit(nm));
     let (mut before, mut after) = (Real4::lit(0.0), Real4::lit(0.0));
-    integral.visit::<Lanes>(wi, nm, |wo, part| {
+    integral.visit::<Lanes>(wi, [nm; 2], |wo, part| {
         before += part;
         after += match &divided {
             None => part,

@@ -17,26 +17,17 @@
 //! The table holds `(A − 1)·cos²θ`, as every [`AlbedoTable`], at the nodes of a grid of directions (`grid.rs`), on
 //! planes over λ' and, for several sizes, on slabs over λ" (`sizes.rs`).
 
-use super::build::excess;
+use super::build::{CHECKS, SIZE, excess};
 use super::grid::Grid;
 use super::integral::phase_per_cosine;
 use super::nodes::Nodes;
 use super::portion::{Portion, portions};
-use super::sizes::SizeAxes;
-use super::{AlbedoLayout, AlbedoTable};
+use super::{AlbedoLayout, AlbedoTable, Real4};
 use crate::numeric::{Lanes, Number, Numbers, Real, Values};
 use crate::scattering::{Passage, SLAB_PHASE, SizeRange, TYPICAL_WAVELENGTH_UM, TransparentBody, Vec3};
-use crate::table::{NodeQuantity, PowerCurves, Progress, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use crate::table::{NodeQuantity, PowerCurves, Progress, SpectralTable, WAVELENGTH_MIN_NM};
 use std::f64::consts::TAU;
 
-/// Largest number of portions that count as few. The albedo of few orders changes fastest. Chosen: a larger number
-/// takes longer.
-const FEW: usize = 100;
-/// Cells along each side of the grid, and planes over the tables' range of wavelengths, for few portions. Chosen: more
-/// leave smaller errors between nodes, and take longer and more memory.
-const SIZE_OF_FEW: (u32, u32) = (24, 11);
-/// Cells and planes for more portions, chosen as those of [`SIZE_OF_FEW`].
-const SIZE_OF_MANY: (u32, u32) = (16, 7);
 /// Standard deviation of a Gaussian from which it takes [`HERMITE_5`] along an axis, in units of the wave number in the
 /// medium. Chosen: a smaller value takes longer.
 const SHARP_SIGMA: f64 = 0.01;
@@ -48,13 +39,6 @@ const HERMITE_5: [(f64, f64); 5] = [
     (-2.856_970_013_872_806, 0.011_257_411_327_720_7),
     (2.856_970_013_872_806, 0.011_257_411_327_720_7),
 ];
-/// Check points in each cell of the table (`nodes.rs`). With none, an albedo of 1.046 would remain on a sinusoid 1.7 µm
-/// high. Chosen: more take longer.
-const CHECKS: usize = 4;
-
-/// Four numbers, one in each lane.
-type Real4 = <Lanes<'static> as Numbers>::Real;
-
 /// Albedo integral of a transparent body.
 struct BodyIntegral<'a> {
     table: &'a SpectralTable,
@@ -78,36 +62,20 @@ impl AlbedoTable {
         }
         let integral = BodyIntegral::new(table, body);
         let parts = integral.parts();
-        let (cells, planes) = if integral.portions.len() <= FEW { SIZE_OF_FEW } else { SIZE_OF_MANY };
-        // Phase of the relief in rad per unit of w, at the shortest wavelength.
         let phase_max = phase_per_cosine(table, 1e-3 * WAVELENGTH_MIN_NM);
-        let (planes, sizes) = match sizes {
-            None => (planes, None),
-            Some(sizes) => {
-                let (planes, axes) = SizeAxes::covering(sizes, planes, phase_max, SLAB_PHASE);
-                (planes, Some(axes))
-            }
-        };
-        // Planes per nm of wavelength.
-        let per_nm = f64::from(planes - 1) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM);
-        // Uniform planes, which are read for one size only.
-        let (wavelength_min_nm, planes_per_nm) = (WAVELENGTH_MIN_NM as f32, per_nm as f32);
-        let layout = AlbedoLayout { cells, planes, wavelength_min_nm, planes_per_nm, sizes };
-        // Wavelengths λ' at a position among the planes, and λ" of a slab, in nm.
-        let wavelengths_nm = |plane: f64, slab: u32| match &sizes {
-            None => [WAVELENGTH_MIN_NM + plane / per_nm; 2],
-            Some(axes) => [axes.plane_nm(plane), axes.slab_nm(slab)],
-        };
-        let nodes = Nodes { grid: Grid { cells }, planes, is_mirrored: false, has_pole: false };
-        let slabs = sizes.map_or(1, |axes| axes.slabs);
-        let steps = progress.of_steps(2 * slabs as usize * (nodes.len() + CHECKS * nodes.cells()));
+        let layout = AlbedoLayout::new(SIZE.0, SIZE.1, sizes, phase_max, SLAB_PHASE);
+        let nodes =
+            Nodes { grid: Grid { cells: layout.cells }, planes: layout.planes, is_mirrored: false, has_pole: false };
+        let steps = progress.of_steps(2 * layout.slabs() as usize * (nodes.len() + CHECKS * nodes.cells()));
         // The side of air comes first, then that of the medium.
         let mut words = Vec::new();
-        for (is_below, slab) in [false, true].into_iter().flat_map(|side| (0..slabs).map(move |slab| (side, slab))) {
+        for (is_below, slab) in
+            [false, true].into_iter().flat_map(|side| (0..layout.slabs()).map(move |slab| (side, slab)))
+        {
             // Excess of the divisor for a direction that points upwards on either side.
             let needed = |[x, y, z]: Vec3, plane: f64| {
                 let wi = [x, y, if is_below { -z } else { z }];
-                excess(integral.albedo(&parts, wi, wavelengths_nm(plane, slab)))
+                excess(integral.albedo(&parts, wi, layout.wavelengths_nm(plane, slab)))
             };
             let mut values = nodes.values(&steps, needed);
             nodes.raise(&mut values, CHECKS, &steps, |wi, plane, _| needed(wi, plane));
