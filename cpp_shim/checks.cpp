@@ -18,9 +18,9 @@
 #include "compat.h"
 #include "sunbeam_mitsuba/src/bridge.rs.h"
 
-// Dr.Jit's small arrays are SIMD registers if and only if the compiler may use AVX. With other instruction sets than
-// the wheel's the plugin would compile, load and render garbage. Both sets in build.rs, ivybridge and x86-64-v3,
-// contain AVX and F16C; only x86-64-v3 (`SUNBEAM_AVX2`) contains AVX2 and FMA.
+// The wheel is Mitsuba's package on PyPI. Dr.Jit's small arrays are SIMD registers if and only if the compiler may use
+// AVX. With other instruction sets than the wheel's the plugin would compile, load and render garbage. Both sets in
+// build.rs, ivybridge and x86-64-v3, contain AVX and F16C; only x86-64-v3 (`SUNBEAM_AVX2`) contains AVX2 and FMA.
 #if !defined(__AVX__) || !defined(__F16C__)
 #error "compile with the -march of the wheel of Mitsuba"
 #endif

@@ -1,6 +1,6 @@
-// A flat clear layer over the relief, such as a lacquer. src/scattering/cover.rs is the same in Rust, without
-// polarisation and mirror reflection. Its `factor` includes 1/n², the change of radiance where light leaves the cover;
-// here `transmittance` and `through` do not, and reflection.h multiplies by it.
+// A flat clear layer over the relief, such as a lacquer. src/scattering/cover.rs is its twin in Rust, without
+// polarisation and mirror reflection. The twin's `factor` includes 1/n², the change of radiance where light leaves the
+// cover. Here `transmittance` and `through` leave 1/n² out, and reflection.h multiplies by it.
 #pragma once
 
 #include <utility>
@@ -115,8 +115,8 @@ public:
     }
 
 private:
-    /// Squared length of a direction's tangential part at or below which it is attributed to rounding, so that the
-    /// direction counts as the normal and has no plane of incidence.
+    /// Largest squared length of a direction's tangential part that counts as rounding. Such a direction is taken for
+    /// the normal and has no plane of incidence.
     static constexpr float TANGENT_SQUARED_MIN = 1e-20f;
     /// Smallest argument of the square root in `transmission`, because the root has no derivative at zero. A zero root
     /// becomes 1e-6.

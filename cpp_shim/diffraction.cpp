@@ -97,7 +97,8 @@
  *
  *   J. Stam: Diffraction Shaders. SIGGRAPH 1999.
  *   D. S. Dhillon et al.: Interactive Diffraction from Biological Nanostructures. Comput. Graph. Forum 33(8), 2014.
- *   D. S. Dhillon, A. Ghosh: Efficient Surface Diffraction Renderings with Chebyshev Approximations. SA TB 2016.
+ *   D. S. Dhillon, A. Ghosh: Efficient Surface Diffraction Renderings with Chebyshev Approximations. SIGGRAPH Asia
+ *   Technical Briefs, 2016.
  *   A. G. Voronovich: Small-slope approximation in wave scattering by rough surfaces. Sov. Phys. JETP 62(1), 1985.
  *   A. Krywonos, J. E. Harvey, N. Choi: Linear systems formulation of scattering theory. JOSA A 28(6), 2011.
  *

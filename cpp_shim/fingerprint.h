@@ -1,4 +1,5 @@
-// Fingerprint of traced code, by which a frozen function (`dr.freeze`) notices that its kernels no longer fit a BSDF.
+// Fingerprint of traced code. Dr.Jit records ("traces") a call into a kernel, and a frozen function (`dr.freeze`)
+// replays its kernels. By the fingerprint it notices that they no longer fit a BSDF.
 #pragma once
 
 #include <array>

@@ -1,5 +1,6 @@
-// The interface's factor for a pair of directions: R (Fresnel) or Q (small slope) of docs/model.md, as a number for
-// unpolarised light and as a Mueller matrix in polarised variants.
+// Reflection factor of the interface, the boundary between the material and the air or cover above it: R (Fresnel) or Q
+// (small slope) of docs/model.md, for a pair of directions. It is a number for unpolarised light and a Mueller matrix
+// in polarised variants.
 #pragma once
 
 #include <mitsuba/core/spectrum.h>
@@ -17,8 +18,9 @@ namespace dr = drjit;
 /// towards the viewer. Both lie above the surface.
 ///
 /// Small-slope symbols and formulas follow the Rust core, src/scattering/small_slope.rs; tests/test_twins.py compares
-/// both for unpolarised light. The amplitudes are 2 √(q q0) / w · B. The first letter of a subscript is the
-/// outgoing state (s or p), the second the incident state, and a suffix 0 marks quantities of `from`:
+/// both for unpolarised light. The amplitudes are 2 √(q q0) / w · B. The states of linear polarisation are s,
+/// perpendicular to the plane of the light's direction and the normal, and p, in this plane. The first letter of a
+/// subscript is the outgoing state, the second the incident state. A suffix 0 marks quantities of `from`:
 ///
 ///     B_ss = −(ε − 1) cos/(s s0)         B_sp = (ε − 1) t0 sin/(s p0)
 ///     B_ps = (ε − 1) t sin/(p s0)        B_pp = (ε − 1) (t t0 cos − ε sines)/(p p0)
@@ -120,11 +122,12 @@ public:
     }
 
 private:
-    /// Smallest squared sine of the angle between the directions for which their cross product gives the s axis.
-    /// Chosen: at smaller angles rounding in single precision turns the axis by more than about 0.01 rad.
+    /// Smallest squared sine of the angle between the directions for which their cross product gives the s axis. At
+    /// smaller angles rounding in single precision would turn the axis by more than about 0.01 rad. With a larger bound
+    /// more pairs of directions would get an arbitrary axis.
     static constexpr float NORMAL_SQUARED_MIN = 1e-10f;
-    /// Smallest squared length of a tangential vector that has an azimuth. Chosen: it only keeps the square, and its
-    /// reciprocal root, a normal number in single precision.
+    /// Smallest squared length of a tangential vector that has an azimuth. It and its reciprocal root are normal
+    /// numbers in single precision. A larger bound would take the azimuth from more directions.
     static constexpr float TANGENT_SQUARED_MIN = 1e-24f;
     /// Smallest argument of the square root of `sines`, which has no derivative at zero.
     static constexpr float ROOT_MIN = 1e-24f;
@@ -139,8 +142,8 @@ private:
     /// src/scattering/small_slope.rs: products of two reciprocals then stay finite in single precision.
     static constexpr float DIVISOR_SQUARED_MIN = 1e-18f;
 
-    /// Tangential unit vectors along which the light arrives and leaves. A direction along the normal has none and
-    /// takes that of the other direction; if both are along the normal, x is taken.
+    /// Tangential unit vectors along which the light arrives and leaves. A direction along the normal has no tangential
+    /// part and takes the unit vector of the other direction. If both are along the normal, both take +x.
     struct Azimuth {
         Vector2f in, out;
 
@@ -157,9 +160,9 @@ private:
         Float sin() const { return in.x() * out.y() - in.y() * out.x(); }
     };
 
-    /// Terms of one direction with cosine q: `t` is the normal component √(ε − 1 + q²) of the transmitted wave vector
-    /// over the wave number above the surface, `s` the denominator q + t of s polarisation, and `p` the denominator
-    /// εq + t of p polarisation.
+    /// Terms of one direction with cosine q. `t` is √(ε − 1 + q²), the normal component of the transmitted wave vector
+    /// over the wave number above the surface. `s` and `p` are the denominators q + t of s polarisation and εq + t of p
+    /// polarisation.
     struct Terms {
         Complex t, s, p;
 

@@ -1,8 +1,9 @@
 // Dr.Jit's functions for tracing from Rust (src/jit.rs), with arguments that can cross the boundary of languages.
 //
-// Variables are identified by their Dr.Jit index. Functions borrow the variables of their arguments, and the caller
-// owns a reference to each result. Index 0 stands for no variable. An operation that fails, or has the operand 0,
-// returns 0, so a failure propagates. Each thread keeps its first error message for `take_error`. Nothing here throws.
+// Variables are identified by their Dr.Jit index. A variable is an array, and a *lane* is one position in all arrays of
+// a kernel. Functions borrow the variables of their arguments, and the caller owns a reference to each result. Index 0
+// stands for no variable. An operation that fails, or has the operand 0, returns 0, so a failure propagates. Each
+// thread keeps its first error message for `take_error`. Nothing here throws.
 //
 // Rust uses only the functions below, and this file needs nothing from Dr.Jit's headers. The implementation calls only
 // functions of Dr.Jit that releases 1.2 to 1.5 have.
@@ -30,7 +31,8 @@ uint32_t constant_bool(uint32_t backend, bool value) noexcept;
 
 /// List of the operations on variables: their name here, and Dr.Jit's function. All operands of an operation have the
 /// same type, except the mask of `select(mask, yes, no)`. `fma(a, b, c)` is `a·b + c`. Results of `lt` and `le` are
-/// masks. The operands of `bit_and`, `bit_or` and `bit_not` are masks or integers.
+/// masks. The operands of `bit_and`, `bit_or` and `bit_not` are masks or integers. Those of `shl(a, bits)` and
+/// `shr(a, bits)` are integers.
 #define SUNBEAM_JIT_OPERATIONS(UNARY, BINARY, TERNARY)                                                                 \
     BINARY(add, jit_var_add)                                                                                           \
     BINARY(sub, jit_var_sub)                                                                                           \
@@ -72,9 +74,9 @@ uint32_t to_u32(uint32_t a) noexcept;
 /// Reinterprets the bits of a 32-bit integer as a single-precision number.
 uint32_t f32_from_bits(uint32_t a) noexcept;
 
-/// Reads, in each lane of `at`, `W = indices.size()` consecutive elements of the array `source`, from element `W·at`
-/// on, where `W` is 1, 2 or 4. Writes the index of one variable for each of them to `indices`; 0 on failure. Elements
-/// are zero where the mask is false.
+/// Reads consecutive elements of the array `source`. Each lane of `at` reads `W = indices.size()` elements, 1, 2 or 4,
+/// from element `W·at` on. Element `i` of all lanes becomes one variable, whose index is written to `indices[i]`; 0
+/// on failure. Elements are zero where the mask is false.
 void gather(uint32_t source, uint32_t at, uint32_t mask, rust::Slice<uint32_t> indices) noexcept;
 
 /// Runs a loop. Dr.Jit's flags decide whether it is recorded (symbolic) or executed step by step (evaluated). `name` is

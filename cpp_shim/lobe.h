@@ -1,5 +1,5 @@
-// The diffracted lobe, evaluated in Rust (cpp_shim/src/bridge.rs): by value in scalar variants, traced into the kernel
-// in `llvm_*` and `cuda_*` variants.
+// The diffracted lobe, evaluated in Rust (cpp_shim/src/bridge.rs). Scalar variants of Mitsuba call Rust by value, ray
+// by ray. Variants `llvm_*` and `cuda_*` trace: Dr.Jit records one call of Rust into a kernel that computes all rays.
 #pragma once
 
 #include <algorithm>
@@ -21,8 +21,10 @@ namespace sunbeam {
 /// - The size is that of pattern and heights at a point of the surface, relative to the relief for which the tables
 ///   were built. Surfaces without textures of sizes ignore it.
 /// - Values are the BSDF in 1/sr times |cosθo|.
-/// - Values leave out the interface's factor (interface.h) in spectral variants. In RGB and mono variants they include
-///   it if the surface was built with a known index. Rigorous surfaces always include the material's reflectance.
+/// - Values leave out the interface's factor (Fresnel or small slope, interface.h) in spectral variants. In RGB and
+/// mono
+///   variants they include it if the surface was built with a known index. Rigorous surfaces (Maxwell's equations)
+///   always include the material's reflectance.
 /// - All results are zero where a direction lies below the surface. Surfaces of bodies that transmit have both sides,
 ///   and values for light from wi to wo that include the interface's factor.
 /// - In variants that trace, results are zero where `active` is false. Scalar variants ignore `active`, because their
@@ -53,7 +55,7 @@ public:
                zero_with_derivatives(wi, wo, wavelengths, size, active);
     }
 
-    /// Density of `sample` in 1/sr. Not differentiable, since it is no part of the integrand.
+    /// Density in 1/sr with which `sample` draws `wo`. Not differentiable, since it is no part of the integrand.
     Float pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, const Size &size,
               const Mask &active) const {
         return evaluate(Part::Density, wi, wo, wavelengths, size, active)[DENSITY];
@@ -93,7 +95,7 @@ public:
 
     const Surface &surface() const { return *m_surface; }
 
-    /// Reports the tables to Dr.Jit as inputs of a frozen function.
+    /// Reports the tables to Dr.Jit as inputs of a frozen function (buffers.h).
     void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
         dr::traverse_1_fn_ro(m_buffers, payload, fn);
     }
@@ -211,7 +213,7 @@ private:
         std::array<Float, N> centre;
         std::transform(components.begin(), components.end(), centre.begin(),
                        [](const Float &c) { return dr::detach(c); });
-        // Accepted sizes; those beyond are clipped (`RELATIVE_SIZE` in Rust).
+        // Range of sizes. Rust clips others to it (`RELATIVE_SIZE`, src/scattering/size.rs).
         constexpr float SMALLEST_SIZE = 1e-3f, LARGEST_SIZE = 1.f;
         // Largest step of each component. The look-ups' frequencies are proportional to scale·(wi + wo) and their
         // phase rate κ to depth·(cosθi + cosθo). Both sums are at most 2, so a size takes half the step of a direction.
@@ -244,7 +246,7 @@ private:
                     }
                     const auto is_moved = (i >> 1) == c;
                     moved[c]            = dr::select(is_moved, dr::select(sign > 0.f, forwards, backwards), moved[c]);
-                    // Distance of the two positions after rounding to single precision, which differs from 2 · step.
+                    // Distance of the two positions after clipping and rounding to single precision; about 2 · step.
                     distance = dr::select(is_moved, forwards - backwards, distance);
                 }
                 const Vector3f wi(moved[0], moved[1], moved[2]), wo(moved[3], moved[4], moved[5]);

@@ -30,8 +30,12 @@ using namespace mitsuba;
 /// another thread changes or deletes the instance. Only Mitsuba changes values, inside the textures.
 ///
 /// The lobe (lobe.h) gives the value of the bare relief. `Reflection` has the optics of a surface that only reflects,
-/// `Transmission` those of a body that transmits. This class builds the lobe's tables and chooses between the two. The
-/// *interface's factor* is the Fresnel reflectance or the small-slope factor, from `eta` and `k`.
+/// `Transmission` those of a body that transmits. This class builds the lobe's tables and chooses between `Reflection`
+/// and `Transmission`. The *interface's factor* is the Fresnel reflectance or the small-slope factor, from `eta` and
+/// `k`.
+///
+/// Variants `llvm_*` and `cuda_*` *trace*: Dr.Jit records the operations of one call into a kernel. A *frozen function*
+/// (`dr.freeze`) replays recorded kernels with other inputs.
 ///
 /// Directions `wi` and `wo` are unit vectors in the shading frame and point away from the surface.
 template <typename Float, typename Spectrum> class Optics {
@@ -107,8 +111,9 @@ public:
         return m_reflection.sample(*m_lobe, m_textures, ctx, si, sample1, sample2, active);
     }
 
-    /// BSDF times |cosθo| and density in 1/sr of `sample`, over the enabled components. A part whose template argument
-    /// is false is not computed. Zero where a direction lies below a surface that only reflects.
+    /// BSDF times |cosθo|, and density in 1/sr with which `sample` draws `wo`, over the enabled components. A part
+    /// whose template argument is false is not computed. Zero where a direction lies below a surface that only
+    /// reflects.
     template <bool Value, bool Density> std::pair<Spectrum, Float>
     answer(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
         if (m_transmission)
@@ -173,8 +178,7 @@ private:
         });
     }
 
-    /// The index in the form that Rust takes. Without a value it is unknown, because `eta` or `k` is a texture or a
-    /// colour.
+    /// Converts the index for Rust. `nullopt` stands for an unknown index: `eta` or `k` is a texture or a colour.
     static IndexSamples index_samples(const std::optional<IndexSpectrum> &index) {
         auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
             for (double value : from)

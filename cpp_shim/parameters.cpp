@@ -33,7 +33,7 @@ constexpr const char *SIZES[]    = { "scale", "depth" };
 constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
 
 // Parameters that are read only where light is transmitted.
-constexpr const char *OF_TRANSMISSION[] = { "back_reflection", "int_ior", "ext_ior", "specular_transmittance" };
+constexpr const char *TRANSMISSION_ONLY[] = { "back_reflection", "int_ior", "ext_ior", "specular_transmittance" };
 
 // All parameters of the plugin, for messages. Those up to build_limit go to Rust, as does `eta` where light is
 // transmitted. tests/test_docs.py compares the list with docs/plugin.md.
@@ -140,12 +140,13 @@ std::string known_materials() {
     return list;
 }
 
-/// Index of a medium by a parameter, its number or its name; that of the medium `absent` if the parameter is not given.
-double medium_index(const Properties &props, const char *name, const char *absent) {
+/// Refractive index by the parameter `name`, a number or the name of a medium. `default_medium` is taken if the
+/// parameter is not given.
+double medium_index(const Properties &props, const char *name, const char *default_medium) {
     // `lookup_ior` refuses integers.
     if (props.has_property(name) && props.type(name) == Properties::Type::Integer)
         return props.get<double>(name);
-    return mitsuba::lookup_ior(props, name, absent);
+    return mitsuba::lookup_ior(props, name, default_medium);
 }
 
 } // namespace
@@ -239,8 +240,8 @@ std::optional<double> transparent_index(const Properties &props) {
         return props.get<double>("eta");
     }
     const double inner = medium_index(props, "int_ior", "bk7"), outer = medium_index(props, "ext_ior", "air");
-    // The relief's wavelengths are those in air.
-    // The negated comparison also refuses NaN.
+    // The medium above must be air, because the tables' wavelengths are those in air. The negated comparison also
+    // refuses NaN.
     if (!(std::abs(outer - 1.0) <= AIR_TOLERANCE))
         Throw("parameter \"ext_ior\" is %.9g, but must be that of air or vacuum", outer);
     return inner / outer;
@@ -336,7 +337,7 @@ void check_optics(const Properties &props) {
     check_range(props, "eta", 0, infinity, "a finite number of at least 0");
     check_range(props, "k", 0, infinity, "a finite number of at least 0");
     check_range(props, "specular_reflectance", 0, 1, "in [0, 1]");
-    // Otherwise the parameter stays unread, and `refuse_unknown` refuses it.
+    // Without transmission `specular_transmittance` stays unread, and `refuse_unknown` refuses it.
     if (props.get<std::string>("transmission", "none") != "none")
         check_range(props, "specular_transmittance", 0, 1, "in [0, 1]");
     check_range(props, "diffuse_reflectance", 0, 1, "in [0, 1]");
@@ -347,8 +348,8 @@ void check_optics(const Properties &props) {
 
 void refuse_unknown(const Properties &props) {
     for (const std::string &name : props.unqueried()) {
-        for (const char *other : OF_TRANSMISSION)
-            if (name == other)
+        for (const char *transmission_only : TRANSMISSION_ONLY)
+            if (name == transmission_only)
                 Throw("unknown parameter \"%s\" without transmission \"film\" or \"interface\"", name);
         Throw("unknown parameter \"%s\"; the plugin \"diffraction\" accepts %s", name, ALL_NAMES);
     }

@@ -20,7 +20,8 @@ namespace sunbeam {
 /// Reflection by a relief under an optional cover, with an optional diffuse pigment below the relief.
 ///
 /// This class adds the rotation, the interface's factor (Fresnel or small slope, interface.h), the cover (a clear
-/// layer, cover.h) and the pigment to the lobe's value. `sample` chooses among the components.
+/// layer, cover.h) and the pigment to the lobe's value. `sample` chooses among the components: the diffracted light,
+/// the pigment, and the cover's mirror reflection (here the *mirror*).
 ///
 /// Directions `wi` and `wo` are unit vectors in the shading frame and point away from the surface.
 template <typename Float, typename Spectrum> class Reflection {
@@ -71,18 +72,18 @@ public:
         if (unlikely(enabled.none() || dr::none_or<false>(active)))
             return { bs, 0.f };
 
-        const Local local     = localise(textures, si, enabled, active);
-        const Mask pick_cover = sample1 < local.prob_cover;
+        const SurfacePoint point = surface_point(textures, si, enabled, active);
+        const Mask pick_cover    = sample1 < point.prob_cover;
         // Uniform in [0, 1) again, given that the mirror is not picked.
         if (enabled.cover)
-            sample1 = dr::clip((sample1 - local.prob_cover) / dr::maximum(1.f - local.prob_cover, dr::Epsilon<Float>),
+            sample1 = dr::clip((sample1 - point.prob_cover) / dr::maximum(1.f - point.prob_cover, dr::Epsilon<Float>),
                                0.f, dr::OneMinusEpsilon<Float>);
-        const Mask pick_diffraction = sample1 < local.prob_diffraction;
+        const Mask pick_diffraction = sample1 < point.prob_diffraction;
         // Uniform in [0, 1) again, given that the diffracted lobe is picked.
         const Float sample_diffraction = dr::select(
-            pick_diffraction, dr::minimum(sample1 / local.prob_diffraction, dr::OneMinusEpsilon<Float>), 0.f);
+            pick_diffraction, dr::minimum(sample1 / point.prob_diffraction, dr::OneMinusEpsilon<Float>), 0.f);
         const Vector3f wo_diffraction =
-            local.to_shading(lobe.sample(dr::detach(local.to_relief(si.wi)), si.wavelengths, local.size,
+            point.to_shading(lobe.sample(dr::detach(point.to_relief(si.wi)), si.wavelengths, point.size,
                                          sample_diffraction, sample2, active && pick_diffraction));
 
         // Directions and densities are detached: derivatives are those of the integrand at the sampled directions.
@@ -95,7 +96,7 @@ public:
         const Mask above = active;
         active &= Frame3f::cos_theta(bs.wo) > 0.f && !pick_cover;
 
-        const auto [value, pdf] = evaluate<true, true>(lobe, local, enabled, ctx, si, bs.wo, active);
+        const auto [value, pdf] = evaluate<true, true>(lobe, point, enabled, ctx, si, bs.wo, active);
         active &= pdf > 0.f;
         bs.pdf          = dr::select(active, pdf, 0.f);
         Spectrum weight = (dr::select(active, dr::rcp(pdf), 0.f) * value) & active;
@@ -105,16 +106,16 @@ public:
             const Vector3f mirror          = reflect(si.wi);
             const Spectrum mirrored        = m_cover.mirror(radiance ? mirror : si.wi, radiance ? si.wi : mirror);
             dr::masked(bs.wo, pick_cover)  = dr::detach(mirror);
-            dr::masked(bs.pdf, pick_cover) = dr::select(above, local.prob_cover, 0.f);
+            dr::masked(bs.pdf, pick_cover) = dr::select(above, point.prob_cover, 0.f);
             dr::masked(bs.sampled_component, pick_cover) = cover_component(textures);
             dr::masked(bs.sampled_type, pick_cover)      = UInt32(+BSDFFlags::DeltaReflection);
-            weight = dr::select(pick_cover, (mirrored / local.prob_cover) & (above && local.prob_cover > 0.f), weight);
+            weight = dr::select(pick_cover, (mirrored / point.prob_cover) & (above && point.prob_cover > 0.f), weight);
         }
         return { bs, weight };
     }
 
-    /// BSDF times cosθo and density in 1/sr of `sample`, over the enabled components. A part whose template argument is
-    /// false has no meaning. Zero where a direction lies below the surface.
+    /// BSDF times cosθo, and density in 1/sr with which `sample` draws `wo`, over the enabled components. A part whose
+    /// template argument is false is not to be used. Both are zero where a direction lies below the surface.
     template <bool Value, bool Density>
     std::pair<Spectrum, Float> answer(const Lobe &lobe, const Textures<Float, Spectrum> &textures,
                                       const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
@@ -124,7 +125,7 @@ public:
         if (unlikely(enabled.none() || dr::none_or<false>(active)))
             return { 0.f, 0.f };
         const auto [value, pdf] =
-            evaluate<Value, Density>(lobe, localise(textures, si, enabled, active), enabled, ctx, si, wo, active);
+            evaluate<Value, Density>(lobe, surface_point(textures, si, enabled, active), enabled, ctx, si, wo, active);
         return { value & active, dr::select(active, pdf, 0.f) };
     }
 
@@ -148,7 +149,7 @@ private:
     };
 
     /// Parameters at one point of the surface, and quantities that depend only on them and `wi`.
-    struct Local {
+    struct SurfacePoint {
         /// Refractive index eta + ik, relative to the cover's.
         dr::Complex<UnpolarizedSpectrum> ior;
         /// Values of `specular_reflectance` and `diffuse_reflectance`.
@@ -161,7 +162,7 @@ private:
         Float prob_cover, prob_diffraction;
         Cover<Float, Spectrum> cover;
 
-        explicit Local(const Cover<Float, Spectrum> &cover) : cover(cover) {}
+        explicit SurfacePoint(const Cover<Float, Spectrum> &cover) : cover(cover) {}
 
         /// Direction `outside` of the shading frame, in the relief's frame and inside the cover.
         Vector3f to_relief(const Vector3f &outside) const { return rotation.to_relief(cover.inside(outside)); }
@@ -175,95 +176,96 @@ private:
             return specular * fresnel_conductor(UnpolarizedSpectrum(cos_theta), ior);
         }
 
-        /// Fraction of the light that passes the surface to or from the pigment below.
+        /// Fraction of the light that passes the surface to or from the pigment below, at an angle with this cosine.
         UnpolarizedSpectrum remainder(const Float &cos_theta) const {
             return dr::maximum(1.f - reflectance(cos_theta), 0.f);
         }
     };
 
-    /// Evaluates the textures at a point.
-    Local localise(const Textures<Float, Spectrum> &textures, const SurfaceInteraction3f &si, const Enabled &enabled,
-                   Mask active) const {
-        Local local(m_cover);
+    /// Evaluates the textures at the point of `si`, and the probabilities of the components there.
+    SurfacePoint surface_point(const Textures<Float, Spectrum> &textures, const SurfaceInteraction3f &si,
+                               const Enabled &enabled, Mask active) const {
+        SurfacePoint point(m_cover);
 
         // Beyond the ends of their spectra, eta and k keep the values at the ends (spectral_ends.h).
-        local.ior      = { textures.eta_ends.eval(*textures.eta, si, active) / m_cover.eta(),
+        point.ior      = { textures.eta_ends.eval(*textures.eta, si, active) / m_cover.eta(),
                            textures.k_ends.eval(*textures.k, si, active) / m_cover.eta() };
-        local.specular = textures.specular_reflectance->eval(si, active);
-        local.diffuse  = enabled.pigment ? textures.diffuse_reflectance->eval(si, active) : UnpolarizedSpectrum(0.f);
-        local.rotation = Rotation<Float>::degrees(textures.rotation->eval_1(si, active));
-        local.size     = textures.size(si, active);
+        point.specular = textures.specular_reflectance->eval(si, active);
+        point.diffuse  = enabled.pigment ? textures.diffuse_reflectance->eval(si, active) : UnpolarizedSpectrum(0.f);
+        point.rotation = Rotation<Float>::degrees(textures.rotation->eval_1(si, active));
+        point.size     = textures.size(si, active);
 
         const Float cos_theta_i = Frame3f::cos_theta(m_cover.inside(si.wi));
-        local.prob_diffraction  = enabled.diffraction ? 1.f : 0.f;
+        point.prob_diffraction  = enabled.diffraction ? 1.f : 0.f;
         if (enabled.diffraction && enabled.pigment) {
-            // In proportion to estimates of the albedos of relief and pigment. Detached: the choice of a component is
-            // no part of the integrand. Between 0.1 and 0.9, so that a sample's weight is at most ten times that of
-            // sampling its lobe alone.
-            const Float diffracted = dr::detach(dr::mean(local.reflectance(cos_theta_i))),
-                        pigment    = dr::detach(dr::mean(local.diffuse * local.remainder(cos_theta_i)));
+            // In proportion to estimates of the albedos of relief and pigment. Detached, because the choice of a
+            // component is no part of the integrand. Limited to 0.1 to 0.9, so that a sample's weight is at most ten
+            // times that of sampling its lobe alone. A wider range would follow the albedos more closely and allow
+            // larger weights.
+            const Float diffracted = dr::detach(dr::mean(point.reflectance(cos_theta_i))),
+                        pigment    = dr::detach(dr::mean(point.diffuse * point.remainder(cos_theta_i)));
             const Float both       = diffracted + pigment;
-            local.prob_diffraction = dr::select(both > 0.f, dr::clip(diffracted / both, .1f, .9f), .5f);
+            point.prob_diffraction = dr::select(both > 0.f, dr::clip(diffracted / both, .1f, .9f), .5f);
         }
-        local.prob_cover = enabled.cover ? 1.f : 0.f;
+        point.prob_cover = enabled.cover ? 1.f : 0.f;
         if (enabled.cover && (enabled.diffraction || enabled.pigment)) {
             const Float mirrored = dr::detach(m_cover.reflectance(Frame3f::cos_theta(si.wi)));
             // In proportion to the mirror's reflectance and an estimate of the light from below the cover. A smaller
             // lower bound would give the mirror more samples on dark surfaces; 0.2 limits the weights of the other
             // components' samples to five times those without a cover.
-            const Float passed = dr::detach(dr::mean(local.reflectance(cos_theta_i) + local.diffuse));
-            local.prob_cover   = mirrored / (mirrored + (1.f - mirrored) * dr::clip(passed, .2f, 1.f));
+            const Float passed = dr::detach(dr::mean(point.reflectance(cos_theta_i) + point.diffuse));
+            point.prob_cover   = mirrored / (mirrored + (1.f - mirrored) * dr::clip(passed, .2f, 1.f));
         }
-        return local;
+        return point;
     }
 
-    /// BSDF times cosθo, and density, summed over the enabled components. A part whose template argument is false has
-    /// no meaning. Both directions are above the surface where `active` is true.
+    /// BSDF times cosθo, and density in 1/sr, summed over the enabled components. A part whose template argument is
+    /// false is not to be used. Both directions are above the surface where `active` is true.
     template <bool Value, bool Density>
-    std::pair<Spectrum, Float> evaluate(const Lobe &lobe, const Local &local, const Enabled &enabled,
+    std::pair<Spectrum, Float> evaluate(const Lobe &lobe, const SurfacePoint &point, const Enabled &enabled,
                                         const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
                                         Mask active) const {
         Spectrum value(0.f);
         Float pdf(0.f);
         if (enabled.diffraction) {
-            const Vector3f wi_relief = local.to_relief(si.wi), wo_relief = local.to_relief(wo);
+            const Vector3f wi_relief = point.to_relief(si.wi), wo_relief = point.to_relief(wo);
             // Converts densities, and values times cosines, from solid angles inside the cover to those outside.
             const Float ratio = dr::detach(m_cover.solid_angle_ratio(wo));
             if (is_polarized_v<Spectrum> && lobe.surface().is_rigorous()) {
                 if constexpr (Value)
-                    value = polarised_orders(lobe, local, ctx, si, wo, active);
+                    value = polarised_orders(lobe, point, ctx, si, wo, active);
                 if constexpr (Density)
-                    pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, local.size, active);
+                    pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, point.size, active);
             } else {
                 UnpolarizedSpectrum relief(0.f);
                 if constexpr (Value && Density)
-                    std::tie(relief, pdf) = lobe.eval_pdf(wi_relief, wo_relief, si.wavelengths, local.size, active);
+                    std::tie(relief, pdf) = lobe.eval_pdf(wi_relief, wo_relief, si.wavelengths, point.size, active);
                 else if constexpr (Value)
-                    relief = lobe.eval(wi_relief, wo_relief, si.wavelengths, local.size, active);
+                    relief = lobe.eval(wi_relief, wo_relief, si.wavelengths, point.size, active);
                 else
-                    pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, local.size, active);
+                    pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, point.size, active);
                 if constexpr (Value)
-                    value = reflected(lobe, local, relief * local.specular * ratio, ctx, si.wi, wo);
+                    value = reflected(lobe, point, relief * point.specular * ratio, ctx, si.wi, wo);
             }
-            pdf *= local.prob_diffraction * ratio;
+            pdf *= point.prob_diffraction * ratio;
         }
         if (enabled.pigment) {
-            // cosθo / π: the density of the pigment's samples, and the value of a white pigment. Under a cover,
-            // radiance inside is n² times that outside, hence the division by n².
+            // cosθo / π: the density of the pigment's samples, and the value of a white pigment. Radiance inside a
+            // cover of index n is n² times that outside, hence the division by n² below.
             const Float lambertian = warp::square_to_cosine_hemisphere_pdf(wo);
             if constexpr (Value)
                 value +=
-                    depolarizer<Spectrum>(local.diffuse * local.remainder(Frame3f::cos_theta(m_cover.inside(si.wi))) *
-                                          local.remainder(Frame3f::cos_theta(m_cover.inside(wo))) *
+                    depolarizer<Spectrum>(point.diffuse * point.remainder(Frame3f::cos_theta(m_cover.inside(si.wi))) *
+                                          point.remainder(Frame3f::cos_theta(m_cover.inside(wo))) *
                                           (lambertian * m_cover.transmittance(si.wi, wo) / dr::square(m_cover.eta())));
-            pdf += (1.f - local.prob_diffraction) * lambertian;
+            pdf += (1.f - point.prob_diffraction) * lambertian;
         }
-        return { value, pdf * (1.f - local.prob_cover) };
+        return { value, pdf * (1.f - point.prob_cover) };
     }
 
     /// Mueller matrix of a rigorous surface, summed over its orders, times cosθo and between Mitsuba's frames of
     /// reference. The lobe's matrix is between frames with the grooves as first axis. Zero in unpolarised variants.
-    Spectrum polarised_orders([[maybe_unused]] const Lobe &lobe, [[maybe_unused]] const Local &local,
+    Spectrum polarised_orders([[maybe_unused]] const Lobe &lobe, [[maybe_unused]] const SurfacePoint &point,
                               [[maybe_unused]] const BSDFContext &ctx, [[maybe_unused]] const SurfaceInteraction3f &si,
                               [[maybe_unused]] const Vector3f &wo, [[maybe_unused]] const Mask &active) const {
         if constexpr (is_polarized_v<Spectrum>) {
@@ -273,11 +275,11 @@ private:
             // The BSDF outside is that inside over n², because radiance inside the cover is n² times that outside.
             const Float factor = dr::detach(Frame3f::cos_theta(wo)) / dr::square(m_cover.eta());
             const Spectrum matrix =
-                lobe.matrix(local.to_relief(from), local.to_relief(to), si.wavelengths, active) * factor;
+                lobe.matrix(point.to_relief(from), point.to_relief(to), si.wavelengths, active) * factor;
             const Vector3f from_in = m_cover.inside(from), to_in = m_cover.inside(to);
-            return local.specular * m_cover.through(Interface<Float, Spectrum>::in_stokes_bases(
-                                                        matrix, from_in, local.rotation.groove_axis(from_in), to_in,
-                                                        local.rotation.groove_axis(to_in)),
+            return point.specular * m_cover.through(Interface<Float, Spectrum>::in_stokes_bases(
+                                                        matrix, from_in, point.rotation.groove_axis(from_in), to_in,
+                                                        point.rotation.groove_axis(to_in)),
                                                     from, to);
         }
         return Spectrum(0.f);
@@ -285,13 +287,13 @@ private:
 
     /// `relief` times the interface's factor, or in polarised variants times its Mueller matrix. `relief` is the lobe's
     /// value times cosθo, outside the cover. One matrix applies to all diffracted light, so nothing is depolarised.
-    Spectrum reflected(const Lobe &lobe, const Local &local, const UnpolarizedSpectrum &relief, const BSDFContext &ctx,
-                       const Vector3f &wi, const Vector3f &wo) const {
+    Spectrum reflected(const Lobe &lobe, const SurfacePoint &point, const UnpolarizedSpectrum &relief,
+                       const BSDFContext &ctx, const Vector3f &wi, const Vector3f &wo) const {
         // Only unpolarised variants get here with a rigorous surface. Its values include the material.
         if (lobe.surface().is_rigorous())
             return depolarizer<Spectrum>(relief * m_cover.transmittance(wi, wo));
         const Vector3f wi_in = m_cover.inside(wi), wo_in = m_cover.inside(wo);
-        const Interface<Float, Spectrum> interface(local.ior, lobe.surface().is_small_slope(), perfect);
+        const Interface<Float, Spectrum> interface(point.ior, lobe.surface().is_small_slope(), perfect);
         if constexpr (is_polarized_v<Spectrum>) {
             const bool radiance = ctx.mode == TransportMode::Radiance;
             Spectrum matrix     = interface.mueller(radiance ? wo_in : wi_in, radiance ? wi_in : wo_in);

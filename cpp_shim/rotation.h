@@ -27,7 +27,8 @@ template <typename Float> struct Rotation {
     /// First axis of the frame of polarisation for light along the unit vector `w`, both in the shading frame: the
     /// grooves' direction, the relief's y, without its component along `w`. Normalised; 0 for `w` along the grooves.
     Vector3f groove_axis(const Vector3f &w) const {
-        // Chosen: an angle of 1e-6 between `w` and the grooves, below which rounding alone sets the axis.
+        // The square of an angle of 1e-6 between `w` and the grooves. At smaller angles rounding in single precision
+        // alone would set the axis.
         constexpr float SQUARED_LENGTH_MIN = 1e-12f;
         const Vector3f grooves             = to_shading({ 0.f, 1.f, 0.f });
         const Vector3f axis                = dr::fnmadd(w, dr::dot(grooves, w), grooves);

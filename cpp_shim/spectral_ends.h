@@ -1,5 +1,5 @@
-// Constant extrapolation of the spectra of eta and k beyond their ends, with a warning. Mitsuba would return zero
-// there, and an index of zero would reflect everything.
+// Constant extrapolation of the spectra of the refractive index eta + ik beyond their ends, with a warning. Mitsuba
+// would return zero there, and an index of zero would reflect everything.
 #pragma once
 
 #include <algorithm>
@@ -92,7 +92,7 @@ public:
     /// Whether `eval` clips wavelengths. A range that covers all of Mitsuba's wavelengths needs no clipping.
     bool are_clipped() const { return mitsuba::is_spectral_v<Spectrum> && !m_range.is_complete(); }
 
-    /// Reports the ends to Dr.Jit as inputs of a frozen function.
+    /// Reports the ends to Dr.Jit as inputs of a frozen function (`dr.freeze`), which records kernels and replays them.
     void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
         if constexpr (dr::is_jit_v<Float>)
             for (const Float *end : { &m_low, &m_high })

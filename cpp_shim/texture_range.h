@@ -33,8 +33,8 @@ protected:
 /// Smallest and largest value of a texture.
 ///
 /// A bitmap has its extremes at the centres of its pixels, since interpolation does not exceed the pixels' values. A
-/// uniform texture has one value. All others, such as attributes of meshes, have the range `fallback`, and so has a
-/// bitmap whose transform `to_uv` has no inverse.
+/// uniform texture has one value. The result is `fallback` for all other textures, such as attributes of meshes, and
+/// for a bitmap whose transform `to_uv` has no inverse.
 template <typename Float, typename Spectrum>
 std::array<float, 2> texture_range(mitsuba::Texture<Float, Spectrum> &texture, std::array<float, 2> fallback) {
     const std::string_view class_name = texture.class_name();
@@ -64,7 +64,7 @@ std::array<float, 2> texture_range(mitsuba::Texture<Float, Spectrum> &texture, s
     };
     const uint32_t count = width * height;
     if constexpr (dr::is_jit_v<Float>) {
-        // The sum gives `values` the full width even if the texture is a literal.
+        // The texture of one value gives a single element. The sum with zeros makes an array of `count` elements of it.
         const Float values = value_at(dr::arange<dr::uint32_array_t<Float>>(count)) + dr::zeros<Float>(count);
         return { (float) dr::slice(dr::min(values)), (float) dr::slice(dr::max(values)) };
     } else {

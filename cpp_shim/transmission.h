@@ -19,8 +19,8 @@
 
 namespace sunbeam {
 
-/// Reflection and transmission by a relief between air, above, and a lossless medium, below: the *body*. The medium of
-/// an *interface* has no end. That of a *film* is a layer with a flat lower side, its back, and air behind it. The
+/// Reflection and transmission by a relief between air, above, and a lossless medium, below: the *body*. An *interface*
+/// is a body without an end. A *film* is a layer with a flat lower side, its *back*, and air behind the back. The
 /// *mirror* is the reflection at the back for light from below.
 ///
 /// Directions are unit vectors in the shading frame and point away from the surface. Below an interface they are
@@ -35,7 +35,7 @@ public:
         : m_eta(eta), m_is_film(is_film), m_back_reflection(is_film && back_reflection) {}
 
     /// `BSDFFlags` of each component: diffracted reflection and transmission, and the back's mirror if there is one.
-    /// `varies` tells whether they vary with the place on the surface. Transmission into a medium is not symmetric,
+    /// `varies` tells whether they vary with the point on the surface. Transmission into a medium is not symmetric,
     /// because radiance changes with the squared index.
     std::vector<uint32_t> components(bool varies) const {
         const uint32_t sides = BSDFFlags::FrontSide | BSDFFlags::BackSide | BSDFFlags::Anisotropic |
@@ -53,7 +53,7 @@ public:
 
     /// A direction, and its value times |cosθo| over its density. `sample1` chooses the mirror or the lobe. Rescaled,
     /// it is the lobe's first of three variates, which chooses reflection or transmission; draws of a disabled
-    /// component weigh zero. The mirror has a probability in place of a density.
+    /// component weigh zero. The mirror has a probability in point of a density.
     std::pair<BSDFSample3f, Spectrum> sample(const Lobe &lobe, const Textures<Float, Spectrum> &textures,
                                              const BSDFContext &ctx, const SurfaceInteraction3f &si, Float sample1,
                                              const Point2f &sample2, Mask active) const {
@@ -64,15 +64,15 @@ public:
         if (unlikely(enabled.none() || dr::none_or<false>(active)))
             return { bs, 0.f };
 
-        const Place place(textures, si, active);
+        const SurfacePoint point(textures, si, active);
         const Float prob_mirror = mirror_probability(cos_theta_i, enabled);
         const Mask pick_mirror  = sample1 < prob_mirror;
         // Uniform in [0, 1) again, given that the mirror is not picked.
         sample1 = dr::clip((sample1 - prob_mirror) / dr::maximum(1.f - prob_mirror, dr::Epsilon<Float>), 0.f,
                            dr::OneMinusEpsilon<Float>);
         const Vector3f wo =
-            place.rotation.to_shading(lobe.sample(dr::detach(place.rotation.to_relief(si.wi)), si.wavelengths,
-                                                  place.size, sample1, sample2, active && !pick_mirror));
+            point.rotation.to_shading(lobe.sample(dr::detach(point.rotation.to_relief(si.wi)), si.wavelengths,
+                                                  point.size, sample1, sample2, active && !pick_mirror));
         // Directions and densities are detached: derivatives are those of the integrand at the sampled directions.
         bs.wo                     = dr::detach(wo);
         const Float cos_theta_o   = Frame3f::cos_theta(bs.wo);
@@ -84,7 +84,7 @@ public:
         bs.sampled_type =
             dr::select(is_transmitted, UInt32(+BSDFFlags::GlossyTransmission), UInt32(+BSDFFlags::GlossyReflection));
         const auto [value, pdf] =
-            evaluate<true, true>(lobe, place, enabled, ctx, si, bs.wo, active && !pick_mirror && cos_theta_o != 0.f);
+            evaluate<true, true>(lobe, point, enabled, ctx, si, bs.wo, active && !pick_mirror && cos_theta_o != 0.f);
         const Mask is_sampled = active && pdf > 0.f;
         bs.pdf                = dr::select(is_sampled, pdf, 0.f);
         Spectrum weight       = (dr::select(is_sampled, dr::rcp(pdf), 0.f) * value) & is_sampled;
@@ -102,8 +102,8 @@ public:
         return { bs, weight };
     }
 
-    /// BSDF times |cosθo| and density in 1/sr of `sample`, over the enabled components. A part whose template argument
-    /// is false is not computed.
+    /// BSDF times |cosθo|, and density in 1/sr with which `sample` draws `wo`, over the enabled components. A part
+    /// whose template argument is false is not computed.
     template <bool Value, bool Density>
     std::pair<Spectrum, Float> answer(const Lobe &lobe, const Textures<Float, Spectrum> &textures,
                                       const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
@@ -112,7 +112,7 @@ public:
         const Enabled enabled(ctx, m_back_reflection);
         if (unlikely(enabled.none() || dr::none_or<false>(active)))
             return { 0.f, 0.f };
-        return evaluate<Value, Density>(lobe, Place(textures, si, active), enabled, ctx, si, wo, active);
+        return evaluate<Value, Density>(lobe, SurfacePoint(textures, si, active), enabled, ctx, si, wo, active);
     }
 
 private:
@@ -131,13 +131,13 @@ private:
     };
 
     /// Values of the textures at a point.
-    struct Place {
+    struct SurfacePoint {
         UnpolarizedSpectrum specular_reflectance, specular_transmittance;
         /// Size of pattern and heights relative to the relief.
         typename Lobe::Size size;
         Rotation<Float> rotation;
 
-        Place(const Textures<Float, Spectrum> &textures, const SurfaceInteraction3f &si, const Mask &active)
+        SurfacePoint(const Textures<Float, Spectrum> &textures, const SurfaceInteraction3f &si, const Mask &active)
             : specular_reflectance(textures.specular_reflectance->eval(si, active)),
               specular_transmittance(textures.specular_transmittance->eval(si, active)),
               size(textures.size(si, active)),
@@ -152,8 +152,8 @@ private:
         return { wi, wo };
     }
 
-    /// Probability that `sample` picks the mirror. Where `wi` lies below it is the mirror's reflectance, or 1 if no
-    /// other component is enabled; elsewhere 0.
+    /// Probability that `sample` picks the mirror. Where `wi` lies below the surface, it is the mirror's reflectance,
+    /// or 1 if no other component is enabled. Where `wi` lies above, it is 0.
     Float mirror_probability(const Float &cos_theta_i, const Enabled &enabled) const {
         if (!enabled.mirror)
             return Float(0.f);
@@ -163,34 +163,35 @@ private:
         return dr::select(cos_theta_i < 0.f, below, 0.f);
     }
 
-    /// `answer` at known values of the textures, where no cosine is zero if `active` is true. The mirror, which has no
-    /// density, adds nothing.
+    /// `answer` with the textures' values in `point`. Neither cosine is zero where `active` is true. The mirror adds
+    /// nothing, since it reflects into a single direction.
     template <bool Value, bool Density>
-    std::pair<Spectrum, Float> evaluate(const Lobe &lobe, const Place &place, const Enabled &enabled,
+    std::pair<Spectrum, Float> evaluate(const Lobe &lobe, const SurfacePoint &point, const Enabled &enabled,
                                         const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
                                         Mask active) const {
         const Float cos_theta_i = Frame3f::cos_theta(si.wi), cos_theta_o = Frame3f::cos_theta(wo);
         const Mask is_transmitted = cos_theta_i * cos_theta_o < 0.f;
         active &= (is_transmitted && enabled.transmission) || (!is_transmitted && enabled.reflection);
-        const Vector3f wi_relief = place.rotation.to_relief(si.wi), wo_relief = place.rotation.to_relief(wo);
+        const Vector3f wi_relief = point.rotation.to_relief(si.wi), wo_relief = point.rotation.to_relief(wo);
         [[maybe_unused]] const UnpolarizedSpectrum specular =
-            dr::select(is_transmitted, place.specular_transmittance, place.specular_reflectance);
+            dr::select(is_transmitted, point.specular_transmittance, point.specular_reflectance);
         Spectrum value(0.f);
         Float pdf(0.f);
-        // Each order of the rigorous theory has a Mueller matrix of its own. The scalar theory has one for a pair.
+        // In the rigorous theory each diffraction order has a Mueller matrix of its own. In the scalar theory all light
+        // of a pair of directions has the same matrix.
         if (is_polarized_v<Spectrum> && lobe.surface().is_rigorous()) {
             if constexpr (Value)
-                value = specular * order_matrices(lobe, place, ctx, si, wo, active);
+                value = specular * order_matrices(lobe, point, ctx, si, wo, active);
             if constexpr (Density)
-                pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
+                pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, point.size, active);
         } else {
             UnpolarizedSpectrum power(0.f);
             if constexpr (Value && Density)
-                std::tie(power, pdf) = lobe.eval_pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
+                std::tie(power, pdf) = lobe.eval_pdf(wi_relief, wo_relief, si.wavelengths, point.size, active);
             else if constexpr (Value)
-                power = lobe.eval(wi_relief, wo_relief, si.wavelengths, place.size, active);
+                power = lobe.eval(wi_relief, wo_relief, si.wavelengths, point.size, active);
             else
-                pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, place.size, active);
+                pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, point.size, active);
             if constexpr (Value) {
                 power *= specular;
                 // The lobe has f(wi → wo)·|cosθo|. In the radiance mode light travels from wo to wi:
@@ -212,17 +213,17 @@ private:
     }
 
     /// BSDF of a rigorous body in 1/sr as a Mueller matrix, the sum over orders, times |cosθo| and between Mitsuba's
-    /// frames of reference. It is evaluated along the light's travel, so no mode needs the squared index. Zero in
-    /// unpolarised variants.
-    Spectrum order_matrices([[maybe_unused]] const Lobe &lobe, [[maybe_unused]] const Place &place,
+    /// frames of reference. It is evaluated along the light's travel, so neither transport mode needs the factor of the
+    /// squared index. Zero in unpolarised variants.
+    Spectrum order_matrices([[maybe_unused]] const Lobe &lobe, [[maybe_unused]] const SurfacePoint &point,
                             [[maybe_unused]] const BSDFContext &ctx, [[maybe_unused]] const SurfaceInteraction3f &si,
                             [[maybe_unused]] const Vector3f &wo, [[maybe_unused]] const Mask &active) const {
         if constexpr (is_polarized_v<Spectrum>) {
             const auto [from, to] = along_light(ctx, si.wi, wo);
             const Spectrum matrix =
-                lobe.matrix(place.rotation.to_relief(from), place.rotation.to_relief(to), si.wavelengths, active);
-            return Interface<Float, Spectrum>::in_stokes_bases(matrix, from, place.rotation.groove_axis(from), to,
-                                                               place.rotation.groove_axis(to)) *
+                lobe.matrix(point.rotation.to_relief(from), point.rotation.to_relief(to), si.wavelengths, active);
+            return Interface<Float, Spectrum>::in_stokes_bases(matrix, from, point.rotation.groove_axis(from), to,
+                                                               point.rotation.groove_axis(to)) *
                    dr::abs(dr::detach(Frame3f::cos_theta(wo)));
         }
         return Spectrum(0.f);
@@ -261,6 +262,7 @@ private:
             const Mask in_medium = is_film ? Mask(false) : is_below;
             tangential           = Vector2f(w.x(), w.y()) * dr::select(in_medium, Float(eta), Float(1.f));
             length               = dr::sqrt(dr::maximum(dr::squared_norm(tangential), LENGTH_SQUARED_MIN));
+            // k² is ε(1 − cos²) for a direction in the medium, and 1 − cos² for one in air.
             const Float eps = eta * eta, cos_squared = cos * cos;
             const Float c1_squared = dr::select(in_medium, dr::fmadd(cos_squared, eps, 1.f - eps), cos_squared);
             const Float cn         = dr::sqrt(dr::select(in_medium, cos_squared * eps, cos_squared + (eps - 1.f)));
@@ -283,7 +285,8 @@ private:
     };
 
     /// Mueller matrix of light that arrives from `from` and leaves towards `to`, divided by its first element, and
-    /// between Mitsuba's frames of reference. One matrix applies to all light of a pair, so nothing is depolarised.
+    /// between Mitsuba's frames of reference. One matrix applies to all light of a pair of directions, so nothing is
+    /// depolarised. `Terms` has the symbols.
     ///
     /// Up to a common factor, and to √τ √τ0 of the two states, the amplitudes are
     ///
@@ -291,8 +294,8 @@ private:
     ///     ps = a v sinφ/(p s0)     pp = −σ (v v0 cosφ − σ e e0 k k0)/(p p0)
     ///
     /// The first letter is the outgoing state, and 0 marks the incident direction. φ is the azimuth from the incident
-    /// to the outgoing direction of travel. The sign a of a direction is 1 below and −1 above, and σ = a a0. In code,
-    /// `in` and `out` mark the incident and the outgoing direction.
+    /// to the outgoing direction of travel. The sign a of a direction is 1 below and −1 above the surface. σ = a a0 is
+    /// 1 for reflection and −1 for transmission. In code, `in` and `out` mark the incident and the outgoing direction.
     Spectrum mueller([[maybe_unused]] const Vector3f &from, [[maybe_unused]] const Vector3f &to) const {
         if constexpr (is_polarized_v<Spectrum>) {
             using Complex = typename Terms::Complex;
@@ -354,7 +357,8 @@ private:
         }
     }
 
-    /// Smallest length of a direction's tangential part that has an azimuth. Shorter parts are rounding of the normal.
+    /// Smallest length of a direction's tangential part that has an azimuth. Shorter parts count as rounding of the
+    /// normal. A smaller bound would take azimuths from rounding, a larger one would ignore true ones.
     static constexpr float TANGENT_MIN = 1e-5f;
 
     float m_eta;

@@ -7,7 +7,8 @@
 
 namespace sunbeam {
 
-/// Register the plugin `name` with Mitsuba's function `fn` for all variants of one backend. Return their number.
+/// Each function registers the plugin `name` with Mitsuba's function `fn` for all variants of one backend, and returns
+/// the number of variants. Scalar variants need no backend.
 size_t register_scalar_variants(std::string_view name, mitsuba::PluginRegisterFn fn);
 size_t register_llvm_variants(std::string_view name, mitsuba::PluginRegisterFn fn);
 size_t register_cuda_variants(std::string_view name, mitsuba::PluginRegisterFn fn);

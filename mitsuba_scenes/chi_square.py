@@ -92,9 +92,9 @@ def bsdf_test(bsdf: mi.BSDF, wi, pdf_of: mi.BSDF | None = None, nm=WAVELENGTHS_N
 
     `wi` is the incident direction, a unit vector in the local frame that points away from the surface. The density is
     that of the BSDF `pdf_of`, by default of `bsdf` itself; another one makes a negative control. `nm` are the path's
-    four wavelengths in nm, for spectral variants. `options` are those of `chi_square_test`, with the defaults
-    200 000 samples, 75 cells along y and 75 over the aspect ratio along x (`res`), and 24 quadrature points along
-    each side of a cell (`ires`).
+    four wavelengths in nm, for spectral variants. `options` are those of `chi_square_test`. By default there are
+    200 000 samples (`sample_count`) and 75 cells along y (`res`), with 24 quadrature points along each side of a cell
+    (`ires`). Along x there are 75 cells over the aspect ratio.
     """
     ctx = mi.BSDFContext()
 

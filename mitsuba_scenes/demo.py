@@ -115,7 +115,11 @@ def versions() -> dict:
 
 
 def main(words: list[str] | None = None) -> int:
-    """Runs the command. Exit status: 0, 1 if the renderers disagree, 2 after one line on stderr for another error."""
+    """Runs the command with the arguments `words`, by default those of the process.
+
+    Returns the exit status: 0, 1 if the renderers disagree, or 2 after one line on stderr for another error. Wrong
+    arguments end the process with status 2, by argparse, which also prints the usage.
+    """
     view = View()
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.demo", description=__doc__)
     add = parser.add_argument
@@ -158,8 +162,8 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
         "pictures": pictures,
     }
     sheet = snake_rows(rows, files, view, spp, output, announce, pictures)
-    # A kernel of Dr.Jit contains the code of all existing BSDFs. Those of the skins are unused after `snake_rows`, so
-    # they are deleted before others are rendered.
+    # A kernel of Dr.Jit contains the code of all existing BSDFs. Those of the skins are unused after `snake_rows`. They
+    # are deleted here, so that the kernels of the next pictures are smaller.
     gc.collect()
     sheet.append(foils_and_films_row(view, spp, output, announce, pictures))
     contact_sheet(sheet, output / "contact-sheet.png", view.width)

@@ -31,8 +31,9 @@ HEIGHT_CM = 0.12
 LAYER_CM = 0.002
 # Camera, as far away as a person at a table.
 DISC_VIEW = View(origin_cm=(0, -40, 43), target_cm=(0, -0.2, 0), fov_deg=13.8)
-# Coherence length, the width over which light interferes, in pitches of the tracks. Larger ones show streaks of the
-# preset's tile: it repeats a few hundred pits, while a pixel of a real disc would see thousands, all different.
+# Coherence length, the width over which light interferes, in pitches of the tracks. The preset's tile repeats a few
+# hundred pits, while a pixel of a real disc would see thousands, all different. Larger coherence lengths show the
+# repetition as streaks.
 COHERENCE_TRACKS = 10
 # Relative error of the tables, above the default: the colours are smooth, and the build takes half the time.
 TOLERANCE = 1e-2

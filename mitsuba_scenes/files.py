@@ -50,7 +50,8 @@ def with_files(scene: dict, folder: Path, stem: str) -> dict:
     """Writes the scene's bitmaps and height fields into `folder`. Returns the scene with the names of their files.
 
     A bitmap is written as `stem`-PARAMETER.exr, so the parameters with bitmaps must differ in name within a scene. A
-    height field, a `filename` with an absolute path, keeps its name; other names of files are left as they are.
+    height field, a `filename` with an absolute path, is copied under its own name. Relative file names are left as they
+    are.
     """
     written = {}
     for key, value in scene.items():
@@ -113,7 +114,11 @@ def write_scenes(folder: Path, resolution: float = 4.0) -> list[Path]:
 
 
 def main(words: list[str] | None = None) -> int:
-    """Runs the command. Exit status: 0, or 2 after one line on stderr that names the error."""
+    """Runs the command with the arguments `words`, by default those of the process.
+
+    Returns the exit status: 0, or 2 after one line on stderr that names the error. Wrong arguments end the process with
+    status 2, by argparse, which also prints the usage.
+    """
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.files", description=__doc__)
     folder = str(REPOSITORY / "out" / "scenes")
     parser.add_argument("-o", "--output", type=output_folder, default=folder, help="folder of the scenes")

@@ -1,5 +1,7 @@
 """Transparent films: a spectrometer, diffraction spectacles, a window film, and a wing. Lengths are in cm, z is up.
 
+Radiances with the spectrum of D65 are in the unit of light.py: a white diffuse plane facing the sun has the radiance 1.
+
 The relief of a film is on the side of its rectangle's normal, and its grooves run along the rectangle's height. Sizes,
 places and brightnesses without a comment are chosen by eye.
 """
@@ -19,8 +21,8 @@ from .snake import FOLDER
 
 # Edge of the pixels of the reliefs that are made here.
 PIXEL_UM = 0.125
-# Largest number of segments of a path. Five segments join a lamp, the film hit twice, two diffuse surfaces and the
-# camera.
+# Largest number of segments of a path. Five segments join a lamp, the film (hit twice), two diffuse surfaces and the
+# camera. Fewer would leave out diffuse light from walls and floor, more take longer.
 MAX_DEPTH = 5
 # Period of the spectrometer's grating: 500 grooves a millimetre, as in films for classrooms.
 PERIOD_UM = 2.0
@@ -42,7 +44,7 @@ SPECTROMETER_VIEW = View(origin_cm=(-14, -31, 27), target_cm=(-1.5, 14, 3.5), fo
 WINDOW_CM = (14.0, 80.0)
 # Height of the window's sill above the floor.
 SILL_CM = 55.0
-# Direction to the sun, of about unit length: 9° from the window's normal in azimuth, at an elevation of 41°.
+# Vector to the sun, of about unit length: 9° from the window's normal in azimuth, at an elevation of 41°.
 TO_SUN = (0.12, 0.75, 0.65)
 # Camera with its back to the room.
 WINDOW_VIEW = View(origin_cm=(45, -390, 190), target_cm=(-5, -130, 0), fov_deg=48.0)
@@ -61,7 +63,8 @@ WING_VIEW = View(origin_cm=(0, -16, WING_HEIGHT_CM), target_cm=(0, 0, WING_HEIGH
 def film(relief: dict, coherence_um: float, **parameters) -> dict:
     """The plugin for a clear film whose index is about that of acetate.
 
-    `relief` has the parameters of the heights, and `parameters` has further ones. With `transmission = film` the
+    `relief` has the parameters of the heights, `parameters` further ones. `coherence_um` is the coherence length, the
+    width over which light interferes: a larger one makes narrower diffraction orders. With `transmission = film` the
     rectangle is a thin sheet with air on both sides, whose side away from the normal is flat.
     """
     body = {"eta": 1.5, "transmission": "film", "coherence_length": coherence_um}

@@ -13,14 +13,16 @@ from PIL import Image, ImageDraw, ImageFont
 from .light import lamps
 from .scene import View, colour_texture, raw_texture, soil, stage
 
-# Relief of both foils: an embossed grating with the largest pitch of the patterns, in µm. Under lacquer its height puts
-# 37 % of the light at 550 nm into the first orders and 45 % into the second, by the phase screen at normal incidence.
+# Relief of both foils: an embossed grating with the largest pitch of the patterns, 1.6 µm, and a height of 0.16 µm.
+# Under lacquer this height puts 37 % of the light at 550 nm into the first orders and 45 % into the second, by the
+# phase screen (docs/model.md) at normal incidence.
 EMBOSSED = {"preset": "sinusoidal", "period": 1.6, "height": 0.16, "material": "Al"}
 # Smallest and largest pitch relative to that of EMBOSSED. First orders of finer gratings leave the lacquer only for few
 # directions of the light.
 PITCHES = (0.4, 1.0)
-# Coherence length of the card in µm. The pattern is written in dots of about this size, whose orders are 3° wide.
-# Smaller dots light wider parts of the pattern in paler colours.
+# Coherence length of the card in µm, the width over which light interferes. A card's pattern is written in dots of
+# about this size, whose diffraction orders are 3° wide. Smaller dots light wider parts of the pattern in paler
+# colours.
 DOT_UM = 12.0
 # Coherence length of the kinegram in µm. Its grooves are slightly curved, which spreads its orders over 6°.
 KINEGRAM_DOT_UM = 6.0
@@ -215,7 +217,8 @@ def kinegram_pattern() -> Pattern:
     star = radius / (1 + 0.16 * np.cos(5 * azimuth - 0.5 * np.pi)) / STAR_CM
     number = np.floor(star)
     pattern.paint((star < STARS) & (star - number < 0.8), 0.65 + 0.3 * star / STARS, STAR_STEP_DEG * number)
-    # Segments of the ring. Their grooves are turned by 0°, 45°, 90° and 135° against concentric ones, in turn.
+    # Segments of the ring. From segment to segment their grooves are turned by 0°, 45°, 90° and 135° against concentric
+    # grooves, then by 0° again.
     segment = np.floor(azimuth / (2 * np.pi) * SEGMENTS)
     ring = np.floor((KINEGRAM_RADIUS_CM - radius) / RING_CM)
     pattern.paint((ring >= 0) & (ring < 3), 0.9 - 0.15 * ring, np.degrees(azimuth) + 45 * (segment % 4))

@@ -24,8 +24,8 @@ import numpy as np
 # Largest number of paths in memory during a pass, one render of the scene. More paths need fewer passes and more
 # memory; these take a few GB.
 PATHS_PER_PASS = 1 << 22
-# y of the camera. The camera is on the y axis, so it is in the plane of the sample at any tilt. Chosen: a camera
-# farther from the sample needs a taller film (`camera`).
+# y of the camera. The camera is on the y axis, so it is in the plane of the sample at any tilt. A camera farther from
+# the sample would need a taller film (`camera`).
 CAMERA_Y_MM = -60.0
 # Edge of the square sample: many times the beam's radius, so that the sample catches a grazing beam.
 SAMPLE_EDGE_MM = 4.0
@@ -38,7 +38,8 @@ SCREEN_SCALE = 1.2
 # Half width of the triangular spectrum of monochromatic light. Wider lines have wider spots.
 LINE_NM = 1.0
 # Half height of the strip about y = 0 in which `spot_mm` measures, as a fraction of the screen's distance. A higher
-# strip has less noise, but the spatial frequency of a column, taken at y = 0, is less accurate at its ends.
+# strip has less noise. But each column has the spatial frequency of its point at y = 0, which is less accurate for
+# points far from y = 0.
 STRIP_FRACTION = 0.025
 # Columns of the moving average before the search for the brightest column, so that one noisy column does not win.
 SMOOTHED_COLUMNS = 3
@@ -55,8 +56,8 @@ class Bench:
     `theta_i_deg` is the angle θi between beam and sample normal in the plane y = 0, positive for a beam from +x.
     `tilt_deg` is the angle between this normal and the screen's axis +z, positive towards +x. If both are equal, the
     mirrored beam meets the middle of the screen at a right angle. `distance_mm` is the screen's distance from the
-    sample; `width_mm` and `height_mm` are the sizes of its photographed part. `pixels_per_mm` is the resolution on the
-    screen.
+    sample. `width_mm` and `height_mm` are the sizes of the photographed part of the screen, and `pixels_per_mm` is the
+    resolution on it.
     """
 
     theta_i_deg: float = 0.0

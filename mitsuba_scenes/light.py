@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import mitsuba as mi
 import numpy as np
 
-# Kinds of sun: parallel light ("directional"), and a disc of the sun's angular size.
+# Kinds of sun: parallel light ("directional"), and a disc of the sun's angular size ("disc").
 SUN_KINDS = ("directional", "disc")
 # Angular diameter of the sun seen from the Earth.
 SUN_DIAMETER_DEG = 0.53

@@ -17,9 +17,9 @@ from .light import Light
 from .scene import MAX_DEPTH, View, snake_scene
 from .snake import SnakeFiles
 
-# Largest number of paths of a pass before its samples per pixel are rounded up to a square number (`render`). They are
-# all in memory. A path typically takes 1 kB, so a pass takes about 8 GB. Smaller values take less memory and more
-# passes.
+# Largest number of paths of a pass before its samples per pixel are rounded up to a square number (`split`). All paths
+# of a pass are in memory at once. A path typically takes 1 kB, so a pass takes about 8 GB. Smaller values take less
+# memory and more passes.
 PATHS_PER_PASS = 1 << 23
 # Smallest mean of a picture that is not black, in linear sRGB. Pictures of lit scenes have larger means.
 BLACK_MEAN = 1e-4
@@ -58,7 +58,7 @@ def render(
 
     `spp` is the number of samples per pixel of all passes together. Each pass has an equal part, rounded up to a square
     number, which the sampler requires. `bsdf` is a dictionary, or the object of an earlier `Picture`, whose tables are
-    not built again.
+    not built again. `max_depth` is the largest number of segments of a path.
 
     Keys of `seconds`: `tables` is the creation of the BSDF (absent for an object), `scene` that of the scene.
     `first_pass` includes the compilation of kernels; `later_pass` is the median of the other passes (absent if there
@@ -74,9 +74,14 @@ def render(
     return Picture(pixels, skin, {**seconds, **other})
 
 
-def samples_per_pass(spp: int, passes: int) -> int:
-    """Samples per pixel of each of the passes: an equal part of `spp`, rounded up to a square number."""
-    return math.ceil(math.sqrt(spp / passes)) ** 2
+def split(width: int, height: int, spp: int, passes: int = 1) -> tuple[int, int]:
+    """Number of passes of a picture of `width` × `height` pixels, and samples per pixel of each pass.
+
+    There are at least `passes` passes, and more where one would exceed PATHS_PER_PASS. Each has an equal part of `spp`,
+    rounded up to a square number.
+    """
+    passes = max(passes, math.ceil(width * height * spp / PATHS_PER_PASS))
+    return passes, math.ceil(math.sqrt(spp / passes)) ** 2
 
 
 def render_scene(scene: dict, spp: int, passes: int = 1) -> tuple[np.ndarray, dict]:
@@ -86,12 +91,11 @@ def render_scene(scene: dict, spp: int, passes: int = 1) -> tuple[np.ndarray, di
     (height, width, 3), and the `seconds` of `render` without `tables`.
     """
     film = scene["sensor"]["film"]
-    passes = max(passes, math.ceil(film["width"] * film["height"] * spp / PATHS_PER_PASS))
-    spp_per_pass = samples_per_pass(spp, passes)
+    passes, spp_per_pass = split(film["width"], film["height"], spp, passes)
     start = time.perf_counter()
     loaded = mi.load_dict(scene)
     seconds = {"scene": time.perf_counter() - start}
-    # The sum over the passes, which becomes an array with the first one.
+    # Mean over the passes, summed up in parts. The number 0 becomes an array at the first pass.
     pixels, times = 0, []
     for seed in range(passes):
         start = time.perf_counter()

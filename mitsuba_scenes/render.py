@@ -15,8 +15,8 @@ from .scene import MAX_DEPTH, View
 from .skin import KERATIN, PRESETS, preset_skin, scanned_skin, skin_bsdf
 from .snake import SnakeFiles, snake_files
 
-# Exposure of PNG pictures in stops (doublings), chosen: the sunlit snake is dark and diffracts little light. Larger
-# values brighten it and compress more highlights.
+# Exposure of PNG pictures in stops (doublings): the sunlit snake is dark and diffracts little light, so it is shown
+# four times as bright. Larger values brighten it further and compress more highlights.
 EXPOSURE_STOPS = 2.0
 
 
@@ -26,16 +26,19 @@ def positive(kind: type) -> Callable[[str], float]:
     def convert(text):
         value = kind(text)
         if not 0 < value < float("inf"):
-            raise argparse.ArgumentTypeError(f"{text} is not above zero")
+            raise argparse.ArgumentTypeError(f"{text} is not a finite number above zero")
         return value
 
-    # Argparse's message about a text that is no number names the type.
+    # Argparse names the converter in its message on other text: "invalid int value".
     convert.__name__ = kind.__name__
     return convert
 
 
 def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argparse.Namespace]:
-    """The parser, for its name in messages, and the options parsed from `words` (None: the process's arguments)."""
+    """Makes the parser, and parses the arguments `words`, by default those of the process.
+
+    Returns the parser, whose name begins error messages, and the options.
+    """
     view, light = View(), Light()
     parser = argparse.ArgumentParser(
         prog="python -m mitsuba_scenes.render",
@@ -46,9 +49,11 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
     skin = parser.add_mutually_exclusive_group()
     skin.add_argument("--skin", choices=list(PRESETS), default="xenopeltis", help="a named surface")
     skin.add_argument("--height-field", type=Path, metavar="FILE", help="a scan: .exr, .png, .gsf, .npy or .txt")
-    add("--pixel-size", type=positive(float), metavar="UM", help="edge of a pixel, where the scan does not say")
-    add("--max-height", type=positive(float), metavar="UM", help="largest height, where the scan does not say")
-    add("--rotation", type=float, metavar="DEG", help="turns the relief counter-clockwise (None: the skin's own angle)")
+    add("--pixel-size", type=positive(float), metavar="UM", help="edge of a pixel, for a scan without a scale")
+    height_help = "height of the largest value, for a scan without a unit of height"
+    add("--max-height", type=positive(float), metavar="UM", help=height_help)
+    rotation_help = "turns the relief counter-clockwise, seen from outside (None: the skin's own angle)"
+    add("--rotation", type=float, metavar="DEG", help=rotation_help)
     add("--eta", type=positive(float), default=KERATIN, help="refractive index of the skin")
     add(
         "--light-direction",
@@ -56,13 +61,13 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
         nargs=2,
         metavar=("AZIMUTH", "ELEVATION"),
         default=(light.azimuth_deg, light.elevation_deg),
-        help="where the sun is, in degrees: counter-clockwise from +x (the tail), above the ground",
+        help="direction to the sun in degrees: counter-clockwise from +x (the tail) seen from above; above the ground",
     )
-    add("--sun", choices=SUN_KINDS, default=light.sun, help="parallel light, or a disc of 0.53 degrees")
+    add("--sun", choices=SUN_KINDS, default=light.sun, help="parallel light, or a disc of the sun's size in the sky")
     add("--sky", type=float, default=light.sky_radiance, help="radiance of the sky; a white plane facing the sun has 1")
     size = (view.width, view.height)
     add("--resolution", type=positive(int), nargs=2, metavar=("W", "H"), default=size, help="size in pixels")
-    add("--spp", type=positive(int), default=64, help="samples a pixel, rounded up to a square number")
+    add("--spp", type=positive(int), default=64, help="samples a pixel, rounded up to a square number in each pass")
     add("--max-depth", type=positive(int), default=MAX_DEPTH, help="longest path, in segments")
     add("--exposure", type=float, default=EXPOSURE_STOPS, help="brightens the PNG, in stops")
     add("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba")
@@ -75,8 +80,9 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
 def run(options: argparse.Namespace) -> None:
     """Renders and writes the picture.
 
-    Raises ValueError for contradictory options, values out of range and missing files, and SetupError or PictureError
-    as `use_variant`, `snake_files` and `picture.check` do.
+    Raises ValueError for contradictory options, values out of range and missing files; RuntimeError where Mitsuba
+    refuses a parameter or a file; OSError where a file cannot be read or written; and SetupError or PictureError as
+    `use_variant`, `snake_files` and `picture.check` do.
     """
     if options.height_field:
         skin = scanned_skin(options.height_field, options.pixel_size, options.max_height)
@@ -85,6 +91,7 @@ def run(options: argparse.Namespace) -> None:
     else:
         skin = preset_skin(options.skin)
     if options.rotation is not None:
+        # The plugin's parameter is in degrees, too.
         skin["rotation"] = options.rotation
     for given in (options.mesh, options.pigment):
         if given and not given.is_file():
@@ -92,13 +99,17 @@ def run(options: argparse.Namespace) -> None:
     light = Light(*options.light_direction, sun=options.sun, sky_radiance=options.sky)
     view = View(*options.resolution)
 
+    # After the checks above, so that wrong options are refused at once.
     variant = use_variant(options.variant)
     if options.mesh and options.pigment:
+        # The snake's files are not needed, nor the command `sunbeam`, which writes them.
         files = SnakeFiles(options.mesh, options.pigment)
     else:
         snake = snake_files()
         files = SnakeFiles(options.mesh or snake.mesh, options.pigment or snake.pigment)
-    print(f"rendering {view.width} x {view.height}, {options.spp} samples a pixel, {variant}", flush=True)
+    passes, spp_per_pass = picture.split(view.width, view.height, options.spp)
+    samples = passes * spp_per_pass
+    print(f"rendering {view.width} x {view.height}, {samples} samples a pixel, {variant}", flush=True)
     bsdf = skin_bsdf(skin, files.pigment, options.eta)
     result = picture.render(bsdf, files, light, view, options.spp, options.max_depth)
     # Refuses values that are not finite, and a black picture.
@@ -111,12 +122,13 @@ def run(options: argparse.Namespace) -> None:
 def main(words: list[str] | None = None) -> int:
     """Runs the command with the arguments `words`, by default those of the process.
 
-    Exit status: 0, or 2 after one line on stderr that names the error.
+    Returns the exit status: 0, or 2 after one line on stderr that names the error. Wrong arguments end the process with
+    status 2, by argparse, which also prints the usage.
     """
     parser, options = arguments(words)
     try:
         run(options)
-    # Mitsuba raises RuntimeError.
+    # RuntimeError is Mitsuba's.
     except (SetupError, ValueError, picture.PictureError, OSError, RuntimeError) as error:
         print(f"{parser.prog}: error: {error}", file=sys.stderr)
         return 2

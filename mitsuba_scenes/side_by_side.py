@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 
 from . import picture
@@ -20,8 +19,8 @@ from .tool import sunbeam
 PRESET = "xenopeltis"
 # Rays along each side of a pixel in the realtime picture.
 SUPERSAMPLE = 4
-# Smallest number of Mitsuba's passes (picture.py). The first one includes the compilation of kernels, so the time of a
-# later one times their number is taken as the time of all.
+# Smallest number of Mitsuba's passes (picture.py). The first pass includes the compilation of kernels. The caption's
+# time is therefore the time of a later pass, times the number of passes.
 PASSES = 2
 
 
@@ -39,8 +38,8 @@ def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
     light = Light(sun="directional", sky_radiance=0)
     skin = preset_skin(PRESET)
     bsdf = skin_bsdf({**skin, "conserve_energy": False}, files.pigment)
-    # More passes for large pictures, as `picture.render` would choose: the caption needs their number.
-    passes = max(PASSES, math.ceil(view.width * view.height * spp / picture.PATHS_PER_PASS))
+    # `picture.render` splits the samples in the same way. The caption and the time need the numbers.
+    passes, spp_per_pass = picture.split(view.width, view.height, spp, PASSES)
     traced = picture.render(bsdf, files, light, view, spp, passes=passes)
     mitsuba_exr, realtime_exr = output / "both-mitsuba.exr", output / "both-realtime.exr"
     mitsuba_png, realtime_png = picture.write(traced.pixels, mitsuba_exr, EXPOSURE_STOPS), output / "both-realtime.png"
@@ -54,9 +53,8 @@ def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
     # The adapter's name without the driver's version.
     adapter = drawn["adapter"].split(" (")[0]
     all_passes_s = passes * traced.seconds["later_pass"]
-    paths = passes * picture.samples_per_pass(spp, passes)
     row = [
-        (mitsuba_png, f"Mitsuba 3, {paths} paths a pixel: {all_passes_s:.1f} s"),
+        (mitsuba_png, f"Mitsuba 3, {passes * spp_per_pass} paths a pixel: {all_passes_s:.1f} s"),
         (
             realtime_png,
             f"realtime, {SUPERSAMPLE**2} rays a pixel, method table: {drawn['gpu_ms'] / 1e3:.2g} s on {adapter}",

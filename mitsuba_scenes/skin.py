@@ -9,7 +9,7 @@ import numpy as np
 
 from .scene import colour_texture, raw_texture
 
-# Refractive index of keratin, of which a snake's skin consists. It equals `KERATIN` of the realtime renderer
+# Refractive index of keratin, the material of a snake's scales. It equals `KERATIN` of the realtime renderer
 # (crates/realtime/src/view.rs); no test compares them.
 KERATIN = 1.56
 # Factor on the pigment's linear reflectance. Larger values hide the diffraction colours on the nearly black snake. It
@@ -120,7 +120,7 @@ def varied_skin(name: str) -> dict:
     """
     parameters = preset_skin(name)
     random = np.random.default_rng(SEED)
-    # Two rows and columns more than `scale_values` reads. Another shape would give the scales other random numbers.
+    # Two more rows and columns than `scale_values` reads. Another shape would give the scales other random numbers.
     shape = (ROWS[0] + 3, ROWS[1] + 3)
     sizes, turns = random.uniform(*SIZES, shape), random.normal(parameters.get("rotation", 0.0), TURN_DEG, shape)
     return {**parameters, "scale": raw_texture(scale_values(sizes)), "rotation": raw_texture(scale_values(turns))}

@@ -1,8 +1,8 @@
 """Checks the manifests of the workspace, and the library's syntax. Run it in the repository (`make lint`).
 
-- Features: a member built alone compiles every package with the features of the whole workspace. Otherwise a build of
-  another member compiles the package and all its dependents again. Features that a member lacks are added in
-  crates/unify/Cargo.toml, on which the members depend.
+- Features: a member built alone must compile every package with the features that the whole workspace gives it.
+  Otherwise a build of another member compiles the package and all its dependents again. Features that a member lacks
+  are added in crates/unify/Cargo.toml, on which the members depend.
 - `rust-version`: no dependency of a member declares a newer Rust than the member. The packages of the library declare
   the same Rust.
 - Syntax: the library has no `let` chains, which need Rust 1.88. Clippy's lint `incompatible_msrv`, on by default, finds
@@ -20,8 +20,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-# Members that are built alone, by the kinds of dependencies that the build compiles (`cargo tree --edges`). The first
-# ones are built by the Makefile. The others are built with their tests, as docs/contributing.md says.
+# Members that are built alone, by the kinds of dependencies that the build compiles (`cargo tree --edges`). Those of
+# "normal,build" are built by the Makefile. Those of "normal,build,dev" are built with their tests, as
+# docs/contributing.md says.
 ALONE = {
     "normal,build": ["sunbeam-mitsuba", "sunbeam-cli", "sunbeam-c"],
     "normal,build,dev": ["sunbeam", "sunbeam-height-field", "sunbeam-realtime", "sunbeam-cli", "sunbeam-c"],

@@ -35,8 +35,8 @@ def stripped(plugin: Path, folder: Path) -> Path:
 class PluginBuildHook(BuildHookInterface):
     """Runs ``cargo build`` and tags the wheel with its platform.
 
-    The wheel has the plugin for that release of Mitsuba. With ``SUNBEAM_ALL_RELEASES=1`` (`make wheel`) it has a plugin
-    for every release that `scripts/versions.py` has built.
+    The wheel has the plugin for the release of Mitsuba that the interpreter has. With ``SUNBEAM_ALL_RELEASES=1``
+    (`make wheel`) it has a plugin for every release that `scripts/versions.py` has built.
     """
 
     def initialize(self, version: str, build_data: dict) -> None:
@@ -47,8 +47,9 @@ class PluginBuildHook(BuildHookInterface):
         """
         root = Path(self.root)
         environment = {"CARGO_TARGET_DIR": str(root / "target"), **os.environ}
-        # cpp_shim/build.rs finds Mitsuba through the interpreter SUNBEAM_PYTHON, by default the checkout's. Naming the
-        # default would make Cargo rebuild the plugin of `make plugin`.
+        # cpp_shim/build.rs finds Mitsuba through the interpreter SUNBEAM_PYTHON, by default the checkout's. The
+        # default is not named, since another value of the variable makes Cargo rebuild the plugin that `make plugin`
+        # has built.
         if Path(sys.prefix) != root / ".venv":
             environment.setdefault("SUNBEAM_PYTHON", sys.executable)
         command = ["cargo", "build", "--release", "--package", "sunbeam-mitsuba"]

@@ -5,8 +5,8 @@ its pixels row by row from the top. A pixel is null for a ray without a hit, or 
 
 - `skin`: whether the ray hit the snake, and not the ground;
 - `lit`: whether the sun reaches the point from the viewer's side of the surface;
-- `wi_wo_uv`: unit vectors to the sun and to the viewer in the frame of shading, with z along the shading normal and x
-  along growing u, and texture coordinates u and v; 8 numbers.
+- `wi_wo_uv`: 8 numbers, the components of the unit vector to the sun and of that to the viewer, and the texture
+  coordinates u and v. The vectors are in the shading frame: z is the shading normal, x points towards growing u.
 
 Run it in the repository after `make tool`: PYTHONPATH=. .venv/bin/python scripts/mitsuba_hits.py
 """

@@ -2,18 +2,21 @@
 //!
 //! A relief with details of about a micrometre (a grating, a compact disc, the skin of a snake) diffracts each
 //! wavelength into other directions. From a [`HeightField`] this library computes the spectral BSDF by scalar
-//! diffraction theory. The relief's power spectrum is tabulated once, so an evaluation takes a few look-ups. Directions
-//! are sampled in proportion to the tabulated power. Gratings can also be computed by Maxwell's equations.
+//! diffraction theory: the relief changes the phase of light as a thin screen does. The relief's power spectrum is
+//! tabulated once, so an evaluation takes a few look-ups. Directions are sampled in proportion to the tabulated power.
+//! Gratings can also be computed by Maxwell's equations.
 //!
 //! ```
 //! use sunbeam::{Options, Preset, Surface};
 //!
-//! // A blazed grating with a period of 2.5 µm. Longer coherence lengths make its orders narrower.
+//! // A blazed grating with a period of 2.5 µm. Light interferes over the coherence length: a longer one makes orders
+//! // narrower. Without energy conservation the build is quick.
 //! let field = Preset::Blazed.build(None, None)?;
 //! let options = Options { coherence_length_um: 20.0, conserve_energy: false, ..Options::default() };
 //! let surface = Surface::new(&field, &options)?;
 //!
-//! // Light of 550 nm along the normal. Order n leaves where the sine is n·λ over the period.
+//! // Light of 550 nm along the normal. Order n leaves where the sine is n·λ over the period. Order −1 is bright, and
+//! // the direction in the middle between orders −1 and −2 is dark.
 //! let wi = [0.0, 0.0, 1.0];
 //! let wo = |order: f64| {
 //!     let sine = order * 0.55 / 2.5;
@@ -53,7 +56,7 @@
 //! | [`colour_table`] | the reflectance in linear sRGB over the scattering vector |
 //! | [`scattering`] | factors of a pair of directions: scattering vector, obliquity, Fresnel |
 //! | [`sampling`] | sampling of outgoing directions, and its density |
-//! | [`energy`] | the albedo, by which the reflectance is divided to conserve energy |
+//! | [`energy`] | the albedo (reflected fraction of light), by which the reflectance is divided to conserve energy |
 //! | [`lobe`] | the BSDF that renderers evaluate and sample, by scalar theory |
 //! | `grating` | the BSDF of a grating by Maxwell's equations (feature `rigorous`) |
 //! | [`methods`] | the reflectance as the realtime renderer evaluates it, in Rust and WGSL |
@@ -73,9 +76,10 @@
 //! - The scattering vector `q = wi + wo = (u, v, w)`: `u = wi.x + wo.x`, `v = wi.y + wo.y`, `w = cosθi + cosθo`.
 //! - Lengths on the surface are in µm and wavelengths in nm. Only in the equations of this page is λ in µm.
 //! - Heights `h` grow along the normal, columns of a height field along +x and rows along +y.
-//! - The phase rate is `κ = 2πw/λ` in rad per µm of height. A tile (one period of the relief) of `Lx` by `Ly` has the
-//!   order amplitudes `c_j(κ) = mean over the tile of exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))`: the exponent's sign is
-//!   positive. Order `j = (jx, jy)` leaves at `u = λ·jx/Lx`, `v = λ·jy/Ly`. Order 0 of a flat tile has the amplitude 1.
+//! - The phase rate is `κ = 2πw/λ` in rad per µm of height: light at the height h gains the phase κh. A tile (one
+//!   period of the relief) of `Lx` by `Ly` has the order amplitudes `c_j(κ) = mean over the tile of
+//!   exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))`: the exponent's sign is positive. Order `j = (jx, jy)` leaves at
+//!   `u = λ·jx/Lx`, `v = λ·jy/Ly`. Order 0 of a flat tile has the amplitude 1.
 //! - Bins of a two-dimensional transform are stored `[jy][jx]`, non-negative orders first (FFT order).
 //! - The reflectance `f_r` is in 1/sr and does not contain the cosine; a `pdf` is per solid angle.
 //!

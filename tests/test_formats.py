@@ -7,6 +7,7 @@ import os
 import struct
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import needs
@@ -259,7 +260,39 @@ def test_refusals_name_the_fault(package, tmp_path):
     assert "SurfaceTopography fails on it" in refusal(package, tmp_path / "scan.bcrf")
 
 
-@pytest.mark.parametrize("name", ["scan.png", "scan", "no/such/scan.gsf", "folder.gsf"])
+def test_a_reader_without_the_extension_is_closed_when_another_serves(package, monkeypatch):
+    closed = []
+    unfit = SimpleNamespace(format=lambda: "x", file_extensions=lambda: ["x"], close=lambda: closed.append(True))
+
+    class Fitting:
+        def __init__(self, path):
+            pass
+
+        @staticmethod
+        def file_extensions():
+            return ["ibw"]
+
+    readers = SimpleNamespace(
+        open_topography=lambda path: unfit, readers=[Fitting], CannotDetectFileFormat=library.CannotDetectFileFormat
+    )
+    monkeypatch.setattr(package.convert, "library", lambda: readers)
+    assert isinstance(package.convert._open(Path("scan.ibw")), Fitting)
+    assert closed == [True]
+
+
+@pytest.mark.parametrize(
+    ("name", "title"), [("a.gsf", "\ud800"), (f"{'a' * 246}.gsf", "Height")], ids=["title", "name"]
+)
+def test_a_file_that_cannot_be_written_leaves_nothing(package, tmp_path, name, title):
+    """A title that is no Unicode, and a name whose unfinished file has too long a name."""
+    channel = package.convert.Channel(0, title, "m", True)
+    relief = package._relief.Relief(HEIGHTS_UM, (DX_UM, DY_UM))
+    with pytest.raises(package.SunbeamError, match="cannot be written"):
+        package.convert._write_gsf(tmp_path / name, package.convert.Reading(relief, channel, (channel,)))
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["scan.png", "scan", "no/such/scan.gsf", "folder.gsf", f"no/{'a' * 300}.gsf"])
 def test_outputs_are_checked_before_the_file_is_read(package, tmp_path, name):
     (tmp_path / "folder.gsf").mkdir()
     with pytest.raises(package.SunbeamError, match=r"must be \.gsf|cannot be written"):

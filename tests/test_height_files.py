@@ -288,7 +288,7 @@ def test_text_of_gwyddion_keeps_its_provenance(tmp_path):
     }
     assert provenance["height_unit"]["value"] == "m"
     gwyddion_text(path, value_unit="V")
-    with pytest.raises(SetupError, match=r'unit "V" is not a length'):
+    with pytest.raises(SetupError, match=r'unit "V" is not a known unit of length'):
         read(path)
 
 

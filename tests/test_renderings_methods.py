@@ -85,8 +85,8 @@ def test_dark_pixels_are_counted_after_exposure():
     pixels = np.array([1, 1, 1e-3, 1e-4])[:, None] * np.ones(3)
     among = np.array([True, False, True, False])
     for factor in (1e-3, 1.0, 50.0):
-        assert hues.dark_share(factor * pixels, np.ones(4, dtype=bool)) == 0.5
-        assert hues.dark_share(factor * pixels, among) == 0.5
+        assert hues.dark_fraction(factor * pixels, np.ones(4, dtype=bool)) == 0.5
+        assert hues.dark_fraction(factor * pixels, among) == 0.5
 
 
 def test_a_shift_of_blue_towards_purple_is_measured():

@@ -108,11 +108,13 @@ def test_tone_mapping_keeps_order_and_range(scene_variant):
     assert 240 < mapped[-1] <= 255
 
 
-def test_command_line_writes_both_files(scene_variant, files, tmp_path):
+def test_command_line_writes_both_files(scene_variant, files, tmp_path, capsys):
     output = tmp_path / "new" / "snake.exr"
-    words = ["--variant", scene_variant, "--resolution", "32", "24", "--spp", "4", "--light-direction", "10", "50"]
+    words = ["--variant", scene_variant, "--resolution", "32", "24", "--spp", "3", "--light-direction", "10", "50"]
     words += ["--mesh", str(files.mesh), "--pigment", str(files.pigment), "--skin", "blazed", "-o", str(output)]
     assert render.main(words) == 0
+    # Rounded up to a square number.
+    assert "rendering 32 x 24, 4 samples a pixel" in capsys.readouterr().out
     assert output.stat().st_size > 0
     assert output.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
 
@@ -122,6 +124,7 @@ def test_command_line_writes_both_files(scene_variant, files, tmp_path):
     [
         (["--skin", "cobra"], "xenopeltis"),
         (["--spp", "0"], "--spp"),
+        (["--eta", "inf"], "inf is not a finite number above zero"),
         (["--light-direction", "10"], "--light-direction"),
         (["--sun", "moon"], "directional"),
         (["--skin", "cd", "--height-field", "a.gsf"], "not allowed with"),

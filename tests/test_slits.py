@@ -10,6 +10,7 @@ import pytest
 from doc_pages import REPOSITORY
 
 from docs.figures.slits import Slits, colour_weights, full_width, limit_of_width, relative_intensity, white_light
+from docs.figures.spacing import Evaluation
 from mitsuba_scenes.tool import sunbeam
 
 PICTURES = REPOSITORY / "docs" / "images" / "slits"
@@ -155,3 +156,12 @@ def test_the_command_has_its_orders_where_they_are_drawn():
     found = json.loads(sunbeam("evaluate", *words, "--angles=-57,-39", "--angle-step", 0.01))
     peak_deg = found["peaks_deg"][found["wavelengths_nm"].index(DRAWN_NM)]
     assert peak_deg == pytest.approx(angle_deg(rays("incident-plane.svg")["incident-view"]), abs=0.02)
+
+
+def test_spacings_that_no_angle_of_view_has_are_refused():
+    """At 500 nm, angles from -50° to -41° have spacings between 1600 and 2500 nm."""
+    report = {"wavelengths_nm": [500.0], "angles_deg": [-50.0, -40.0], "angle_step_deg": 1.0}
+    evaluation = Evaluation(report, np.ones((1, 10)))
+    assert 1600 < evaluation.within(1600, 2600).report["mean_nm"] < 2600
+    with pytest.raises(ValueError, match="no angle of view"):
+        evaluation.within(100, 200)

@@ -5,6 +5,8 @@
 //! - *Spectral* surfaces have values at four wavelengths in nm. Surfaces *in colours*, for RGB and mono variants, have
 //!   red, green, blue and luminance in linear sRGB.
 //! - The *interface's factor* is the Fresnel reflectance or the small-slope factor (docs/model.md#the-reflectance).
+//! - The *coherence length* is the width in µm over which light interferes. *Scale* and *depth* are the sizes of the
+//!   pattern and of the heights relative to the given relief, in (0, 1].
 //! - `wi`, `wo`, `from` and `to` are unit vectors that point away from the surface, in the relief's frame: z is the
 //!   normal, x the relief's x.
 //! - Values are `f_r` in 1/sr, without the cosine. They are zero if a direction is below a surface that does not
@@ -50,8 +52,7 @@ mod ffi {
         wi: [u32; 3],
         /// Wavelengths in nm; not read for surfaces in colours.
         wavelengths_nm: [u32; 4],
-        /// Scale and depth: sizes of the pattern and of the heights relative to the relief's. Not read unless the
-        /// surface has sizes.
+        /// Scale and depth. Not read unless the surface has sizes.
         size: [u32; 2],
         /// Mask of the lanes to compute.
         active: u32,
@@ -59,7 +60,7 @@ mod ffi {
         words: [u32; 3],
     }
 
-    /// Steps of difference quotients in direction cosines. They are a small part of the scale on which values change.
+    /// Steps of difference quotients in direction cosines, small against the distances over which values change.
     struct Steps {
         /// Steps of the components along x and y.
         tangential: [f32; 2],

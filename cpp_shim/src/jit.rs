@@ -48,7 +48,7 @@ mod ffi {
         fn log2(a: u32) -> u32;
 
         // Comparisons with a mask as result, operations on masks and unsigned integers, and selection by a mask.
-        // `by`, a number of bits, is a variable like the others.
+        // `by`, a number of bits, is a variable, too.
         fn lt(a: u32, b: u32) -> u32;
         fn le(a: u32, b: u32) -> u32;
         fn bit_and(a: u32, b: u32) -> u32;

@@ -1,8 +1,8 @@
 //! Messages for Mitsuba's log: progress while tables are built, and the library's warnings.
 //!
-//! Only threads that Mitsuba knows may write to its log. Therefore tables are built on a new thread, while the calling
-//! thread writes the progress. Warnings may come from any thread. They wait in [`WARNINGS`] until the build has ended
-//! and the calling thread writes them.
+//! Only threads that Mitsuba knows may write to its log (log.h says why). Therefore tables are built on a new thread,
+//! while the calling thread writes the progress. Warnings may come from any thread. They wait in [`WARNINGS`] until the
+//! build has ended and the calling thread writes them.
 
 use ffi::{log_info, log_warn};
 use log::{Level, LevelFilter, Log, Metadata, Record};

@@ -1,5 +1,6 @@
-//! Traced numbers: Dr.Jit records each operation on a [`Var`]. An evaluator that is generic over [`Numbers`] becomes
-//! part of a kernel when it is called with [`Traced`].
+//! Traced numbers: Dr.Jit records each operation on a [`Var`]. An evaluator that is generic over [`Numbers`] (a
+//! family of numbers: reals, integers, masks, and the table data that they index) becomes part of a kernel when it is
+//! called with the family [`Traced`].
 //!
 //! A [`Var`] is a handle that can be copied: the index of a Dr.Jit variable. The variable belongs to the open scope
 //! (scope.rs), and the lifetime `'s` ties the handle to this scope. Each operator below calls the function of jit.rs

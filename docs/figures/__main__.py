@@ -16,10 +16,10 @@ from mitsuba_scenes.picture import PictureError
 
 from .page import DOCS, write_part
 
-# Parts in the order of measurement. A part is a generated region of a page (page.py), and the module of this package
-# that measures its numbers, with underscores for hyphens. The module's function `figures() -> dict | None` returns the
-# numbers; None leaves the page unchanged. The first seven parts and "renderings-methods" measure times, so the
-# machine should be idle while they run.
+# Parts in the order of measurement. A part is a generated region of a page (page.py). The module of the same name, with
+# underscores for hyphens, measures the numbers. Its function `figures() -> dict | None` returns them; None leaves the
+# page unchanged. The parts up to "renderings-methods", and "validity", "bodies-validity" and "skins-validity", also
+# measure times, so the machine should be idle while they run.
 PARTS = (
     "speed-error",
     "realtime",

@@ -1,8 +1,10 @@
 """Straightness of a surface's structures: lines of constant phase of its dominant period, against straight lines.
 
-Symbols: h(x, y) is the relief, p its dominant period along x, and s(x, y) the local shift along x of its waves from the
-plane wave that fits them best. h·exp(−2πi x/p) is averaged under a Gaussian. The phase of the average is −2πs/p plus a
-linear function of x and y, which is the phase of the plane wave. For a period along y, x and y are exchanged.
+Symbols: h(x, y) is the relief, and p its dominant period along x. The waves of this period are compared with the plane
+wave that fits them best; s(x, y) is their local shift along x from it.
+
+h·exp(−2πi x/p) is averaged under a Gaussian. The phase of the average is −2πs/p plus a linear function of x and y,
+which is the phase of the plane wave. For a period along y, x and y are exchanged.
 """
 
 from __future__ import annotations
@@ -46,7 +48,7 @@ class CutOut:
 
     @property
     def wander_um(self) -> float:
-        """Rms distance of lines of constant phase from straight ones; the outermost period at each edge is left out."""
+        """Rms of the shift, the distance of lines of constant phase from straight ones, over the pixels of `inside`."""
         return float(np.sqrt(np.mean(self.shift_um[inside(self.period_um, self.pixel_um)] ** 2)))
 
 
@@ -70,7 +72,7 @@ def wave_shift_um(heights_um: np.ndarray, pixel_um: float, axis: str, period_um:
 
     The plane wave is fitted to the pixels at least a period from the edges.
     """
-    # Rows and columns are exchanged for a period along y, so that the period is along the second axis.
+    # Rows and columns are exchanged for a period along y, so that the period is along the array's second axis.
     relief = heights_um if axis == "x" else heights_um.T
     x_um = np.arange(relief.shape[1]) * pixel_um
     # h·exp(−2πi x/p), without the mean height.
@@ -97,9 +99,9 @@ def inside(period_um: float, pixel_um: float) -> tuple[slice, slice]:
 
 
 def blurred(values: np.ndarray, deviation: float) -> np.ndarray:
-    """Averages along the last axis under a Gaussian with this standard deviation in pixels.
+    """Averages along the last axis under a Gaussian with the standard deviation `deviation` in pixels.
 
-    The Gaussian is truncated at the edges, and its weights sum to 1.
+    The Gaussian is truncated at the array's edges, and its weights sum to 1.
     """
     distance = np.subtract.outer(np.arange(values.shape[-1]), np.arange(values.shape[-1]))
     weights = np.exp(-0.5 * (distance / deviation) ** 2)
@@ -128,8 +130,8 @@ def draw(cut_outs: dict[str, CutOut], file: Path) -> None:
 def constant_phase_lines(cut: CutOut) -> list[tuple[np.ndarray, np.ndarray]]:
     """Two lines of constant phase, half a period to either side of the middle of a cut-out with the edge EDGE_UM.
 
-    The tilt of the fitted plane wave is left out. A line is a pair of arrays, x and y in µm, with an entry for each
-    pixel along the line.
+    The tilt of the fitted plane wave is left out: the lines bend about lines perpendicular to `axis`. A line is a pair
+    of arrays, x and y in µm, with an entry for each pixel along the line.
     """
     # Rows along the lines and columns along the period.
     shift_um = cut.shift_um if cut.axis == "x" else cut.shift_um.T

@@ -1,4 +1,4 @@
-"""Chroma and colour differences of pictures at the exposure of the documentation's pictures, EXPOSURE_STOPS."""
+"""Chroma and colour differences of pictures, which are compared at the exposure EXPOSURE_STOPS of the documentation."""
 
 from __future__ import annotations
 
@@ -38,5 +38,5 @@ def greyed(linear: np.ndarray) -> np.ndarray:
 
 
 def mean_delta_e(reference: Path, other: Path, mask: Path) -> float:
-    """Mean colour difference CIEDE2000 of two exposed EXR pictures where the PNG `mask` is not black."""
+    """Mean colour difference CIEDE2000 of two linear EXR pictures, exposed, where the PNG `mask` is not black."""
     return realtime.compare(reference, other, exposure=EXPOSURE_STOPS, mask=mask)["delta_e_2000"]["mean"]

@@ -1,4 +1,7 @@
-"""The part `batch` of the documentation: evaluations per second by batches of the C ABI, on one core and on all."""
+"""Part `batch` of the documentation (page.py): evaluations per second of the C library, on one core and on all.
+
+A *batch* is one call of a C function with many pairs of directions. The program benches/batch.c measures.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from .speed_error import processor
 
 # Folder of the C library, written by `make library`: headers in include/, libsunbeam.so in lib/.
 LIBRARY = REPOSITORY / "target" / "c_abi"
-# Program that measures and prints one JSON object.
+# Source of the program that measures and prints one JSON object.
 SOURCE = REPOSITORY / "benches" / "batch.c"
 
 

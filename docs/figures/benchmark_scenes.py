@@ -1,6 +1,7 @@
-"""Scenes for measurements of the BSDF's cost, with Mitsuba's `roughconductor` for comparison.
+"""Scenes for measurements of the cost of the plugin's BSDF `diffraction`, with Mitsuba's `roughconductor` beside it.
 
-Lengths are in cm, and z is up. Radiances are factors on Mitsuba's `d65`.
+Lengths are in cm, and z is up. Radiances are factors on Mitsuba's `d65`. Places, sizes and radiances without a comment
+are free, since all materials are measured in the same scenes.
 """
 
 from __future__ import annotations
@@ -28,11 +29,11 @@ SPP = 64
 SPHERE_SPP = 32
 # Optical parameters of aluminium, for `diffraction` and for `roughconductor`.
 ALUMINIUM = {"material": "Al"}
-# Optical parameters of keratin, for `diffraction` and for `roughconductor`.
+# Optical parameters of keratin, the material of skin, for `diffraction` and for `roughconductor`.
 SKIN = {"eta": KERATIN, "k": 0.0}
 # Roughness of `roughconductor`, Mitsuba's default.
 ALPHA = 0.1
-# Mitsuba's type of the material with which all others are compared, and the material's name in results.
+# Type in Mitsuba, and name in results, of the material with which all others are compared.
 REFERENCE = "roughconductor"
 
 # Cameras of the scenes. `BenchmarkScene.load` sets their width and height in pixels.
@@ -46,10 +47,11 @@ SCAN_VIEW = View(origin_cm=(0, -0.7, 1.0), target_cm=(0, 0, 0), fov_deg=30)
 class BenchmarkScene:
     """A scene in which one object gets several materials in turn.
 
-    `surfaces` has reliefs by name, as parameters of `diffraction`. `optics` is the medium, as parameters of both
-    `diffraction` and `roughconductor`. `spp` is the default number of samples per pixel. `build` makes the scene's
-    dictionary from the object's BSDF, a view and the samples per pixel. `title` describes the scene in the
-    documentation.
+    - `title`: the description of the scene in the documentation.
+    - `surfaces`: reliefs by name, as parameters of `diffraction`.
+    - `optics`: the medium, as parameters of both `diffraction` and `roughconductor`.
+    - `spp`: the default number of samples per pixel.
+    - `build`: makes the scene's dictionary from the object's BSDF, a view and the samples per pixel.
     """
 
     name: str
@@ -59,8 +61,8 @@ class BenchmarkScene:
     view: View
     spp: int
     build: Callable[[mi.BSDF, View, int], dict]
-    # Makes further parameters of `diffraction`. They may contain objects of Mitsuba, so the function is called after a
-    # variant is selected.
+    # Makes further parameters of `diffraction`. They may contain objects of Mitsuba, which need a selected variant, so
+    # the function is called late.
     extra: Callable[[], dict] = dict
 
     def bsdfs(self) -> dict[str, dict]:
@@ -76,11 +78,11 @@ class BenchmarkScene:
         return {"type": "diffraction", "obliquity": "stam", **surface, **self.optics, **self.extra()}
 
     def with_materials(self, surfaces: dict[str, dict], optics: dict) -> BenchmarkScene:
-        """The scene with other reliefs and another medium, without `extra` parameters such as pigment."""
+        """A copy of the scene with other reliefs and another medium, without `extra` parameters such as the pigment."""
         return replace(self, surfaces=surfaces, optics=optics, extra=dict)
 
     def load(self, bsdf: mi.BSDF, size: tuple[int, int], spp: int | None = None) -> mi.Scene:
-        """The loaded scene; `size` is (width, height) in pixels, `spp` the samples per pixel (None: the scene's)."""
+        """The loaded scene; `size` is (width, height) in pixels. By default `spp` is the scene's number of samples."""
         view = replace(self.view, width=size[0], height=size[1])
         return mi.load_dict(self.build(bsdf, view, spp or self.spp))
 
@@ -159,7 +161,7 @@ def sphere_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
 
 
 def snake_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
-    """The demo's snake and light, with paths of up to MAX_DEPTH segments instead of the demo's 2."""
+    """The snake in sun and sky, with paths of up to MAX_DEPTH segments instead of the 2 of mitsuba_scenes' demo."""
     return snake_scene(bsdf, snake_files(), Light(), view, spp, MAX_DEPTH)
 
 

@@ -1,8 +1,10 @@
 """Part `bodies-validity` of the documentation (page.py): transmitted orders of gratings against other solvers.
 
-tests/judges/gratings/transmitted.py has the gratings, lights and stored results of the solvers, the *judges*. An
-order's power is a fraction of the incident light. Misplaced power is the fraction of the transmitted light that a
-theory puts into wrong orders.
+The gratings are the boundary of a transparent *body*, a film or an interface (docs/model.md#bodies-that-transmit).
+tests/judges/gratings/transmitted.py has the gratings, lights and stored results of the independent solvers, the
+*judges*. An order's power is a fraction of the incident light. *Misplaced* power is the fraction of the transmitted
+light that a theory puts into wrong orders. A *table* holds the orders' efficiencies over wavelength and direction of
+the light, which the plugin interpolates.
 """
 
 from __future__ import annotations
@@ -18,8 +20,8 @@ from tests.judges.gratings import transmitted
 from .page import insist
 
 PART = "bodies-validity"
-# Functions from a setting (grating, wavelength and light) to the powers of its transmitted orders, by theory. `limited`
-# is the small-slope theory with energy conservation.
+# Functions from a setting (grating, wavelength and light) to the powers of its transmitted orders, by theory. "limited"
+# is the small-slope theory with energy conservation, and "rigorous" Maxwell's equations.
 THEORIES = {
     "small slope": transmitted.small_slope,
     "limited": lambda setting: transmitted.small_slope(setting, limited=True),
@@ -30,8 +32,8 @@ THEORIES = {
 # Names and gratings whose tables are measured: those with periods of up to 2 µm. Wider ones have more orders and take
 # longer to build.
 TABULATED = [(name, grating) for name, grating in transmitted.GRATINGS if grating.period <= 2.0]
-# Description of a rigorous surface's tables in the plugin's text for an object: megabytes, seconds to build, and rms
-# error of an order.
+# Pattern of the tables' description in the text of a rigorous BSDF: megabytes, seconds to build, and rms error of an
+# order.
 TABLES = re.compile(r"tables of ([\d.]+) MB.*\(([\d.]+) s to build\).*error of an order ([\d.e-]+)")
 
 
@@ -65,10 +67,13 @@ def tabulated() -> list[dict]:
 def figures() -> dict:
     """Misplaced power of each theory, errors of `rigorous` and of the judges, and errors of tables.
 
-    `rows` has an entry for each grating. Its `misplaced` has a list for each theory: the means over the wavelengths,
-    one for each of `lights_deg`, angle of incidence and azimuth. `error` is the rms difference of an order's power
-    between `rigorous` and the judge. `unsettled` has by preset the largest change of an order's power between a judge's
-    two resolutions. Raises SetupError if the numbers contradict the page.
+    - `rows`: an entry for each grating. `misplaced` has a list for each theory: the means over the wavelengths, one for
+      each of `lights_deg`, pairs of angle of incidence and azimuth.
+    - `error`: the rms difference of an order's power between `rigorous` and the judge.
+    - `unsettled`: by preset, the largest change of an order's power between a judge's two resolutions.
+    - `tables`: the result of `tabulated`.
+
+    Raises SetupError if the numbers contradict the page.
     """
     judged = transmitted.load()
     rows, rigorous_errors = [], []

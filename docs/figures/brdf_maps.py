@@ -1,10 +1,15 @@
 """Part `brdf-maps` of the documentation (page.py): figures 2.2 to 2.13 of Single 2014, their errors and checks.
 
-FLSS, NMM, PQ and Stam are methods of `sunbeam brdf-map` (docs/realtime.md). A *sheet* is one picture file with several
-maps or drawings, its panels: `Sheet(name, columns, panels)`. A map is `Panel(caption, surface, options, theta_i_deg)`,
-with the options that select a method. If it is `compared`, it gets its error against a reference map. `box` is the part
-of a map that an inset enlarges. A *skin* is the surface of a snake, of the species Elaphe or Xenopeltis, as a measured
-scan and as a procedural preset.
+Single 2014 is M. Single's thesis (docs/model.md#sources). FLSS, NMM and PQ are its methods, and Stam's is an older one;
+all are methods of `sunbeam brdf-map` (docs/realtime.md).
+
+- *Map*: a picture of the BRDF over outgoing directions. Positions on it are direction sines.
+- *Sheet*: one picture file with several panels, maps or drawings: `Sheet(name, columns, panels)` (map_panels.py).
+- `Panel(caption, surface, options, theta_i_deg)`: a map by the method that the options select. If it is `compared`, it
+  gets its error against a reference map. An inset enlarges its `box`.
+- *Skin*: the surface of a snake, of the species Elaphe or Xenopeltis, as a measured scan and as a procedural preset.
+- *Terms*: those of the series of the phase screen in powers or Chebyshev polynomials of the heights
+  (docs/model.md#the-two-expansions).
 """
 
 from __future__ import annotations
@@ -21,18 +26,17 @@ from .page import images
 from .taylor_sums import CONVERGED, WAVELENGTH_UM, pictures, plot, sums
 
 PART = "brdf-maps"
-# Region of the map about the blazed grating's order −1, into which it sends most light. Positions on maps are direction
-# sines.
+# Region of the map about the blazed grating's order −1, into which the grating sends most light.
 FIRST_ORDER = Box(x_min=-0.36, x_max=-0.10, y_min=-0.065, y_max=0.065)
 # Region of the map about the mirror direction at normal incidence.
 CENTRE = Box(x_min=-0.05, x_max=0.05, y_min=-0.05, y_max=0.05)
-# Steps between wavelengths of FLSS, for the sheets `steps-…` of figures 2.5 and 2.6.
+# Steps between the wavelengths that FLSS sums, for the sheets `steps-…` of figures 2.5 and 2.6.
 STEPS_NM = (1, 5, 10, 25, 50, 100)
-# Values of σs in figure 2.10, Single 2014's width of the coherence window. It can be read as the coherence length or as
-# the window's standard deviation, a quarter of the coherence length.
+# Values in figure 2.10 of σs, Single 2014's width of the coherence window. The thesis can be read in two ways: σs is
+# the coherence length, or the window's standard deviation, a quarter of the coherence length.
 SIGMAS_UM = (3.25, 6.5, 15, 30, 45, 65)
-# Numbers of terms of the series, by the surface's `key`. They are those of figures 2.11 and 2.12, with 7 and 9 from
-# their text. The procedural Xenopeltis also has 64, since the figure's 40 are too few for it.
+# Numbers of terms of the series, by the surface's `key`. They are those of figures 2.11 and 2.12, with 7 and 9 from the
+# text about them. The procedural Xenopeltis also has 64, since the figure's 40 are too few for it.
 TERMS = {
     "blazed": (1, 2, 4, 7, 9, 24, 26, 40),
     "xenopeltis-scan": (1, 2, 4, 24, 26, 40),
@@ -67,7 +71,7 @@ FINE_METHODS = 5
 
 def sheets(surfaces: Surfaces) -> list[Sheet]:
     """The sheets of maps in the order of their figures, scans before presets."""
-    # The grating as the preset, and as a tile of 65 µm of its own, which NMM needs.
+    # The blazed grating as the preset, one period that repeats, and as a tile of 65 µm, which NMM needs.
     blazed, blazed_tile = surfaces.blazed, surfaces.blazed_tile
     # Lists of the scan, if it is present, and the preset.
     elaphe, xenopeltis = surfaces.skin("elaphe"), surfaces.skin("xenopeltis")
@@ -101,7 +105,7 @@ def flss_in_steps(step_nm: float) -> tuple:
 
 
 def first_order(caption: str, surface: Surface, options: tuple, fine: int = FINE) -> Panel:
-    """A map of a blazed grating, with order −1 in its inset."""
+    """A map of the blazed grating, with order −1 in its inset. `fine` is that of `Panel`."""
     return Panel(caption, surface, options, box=FIRST_ORDER, fine=fine)
 
 
@@ -115,7 +119,7 @@ def every_method(blazed: Surface, blazed_tile: Surface) -> list[Panel]:
         Panel("(b) NMM, centre", blazed_tile, UNWEIGHTED_NMM, box=CENTRE, fine=FINE_METHODS),
         first_order("NMM, weighted", blazed_tile, method("nmm"), FINE_METHODS),
         first_order("(c) PQ", blazed, PQ, FINE_METHODS),
-        # A display colour, which cannot be compared with reflectances.
+        # This form of Stam's method gives display colours, which cannot be compared with reflectances.
         Panel("(d) Stam, GPU Gems", blazed, gems, box=FIRST_ORDER, fine=FINE_METHODS, exposure=1, compared=False),
         first_order("Stam, spacing alone", blazed, method("stam"), FINE_METHODS),
     ]
@@ -123,7 +127,7 @@ def every_method(blazed: Surface, blazed_tile: Surface) -> list[Panel]:
 
 def xenopeltis_pq(surfaces: Surfaces, xenopeltis: list[Surface]) -> list[Panel | Drawing]:
     """Figure 2.9: FLSS and PQ on Xenopeltis, then PQ on a small tile that repeats, and a drawing of the tile."""
-    # Cut from the scan if it is present, else from the preset.
+    # The small tile is cut from the scan if it is present, else from the preset.
     small = surfaces.cut(xenopeltis[0], SMALL_UM)
     return [
         *(
@@ -157,8 +161,8 @@ def terms(surfaces: Surfaces, surface: Surface, counts: tuple) -> list[Panel]:
 
     They are Taylor's series about the lowest height, Taylor's series about the middle of the heights, and Chebyshev's.
     """
-    # Series are about the middle of the heights. `Surfaces.about_the_base` lowers one pixel by the range of heights, so
-    # that this middle is the lowest height of all other pixels.
+    # The command's series are about the middle of the heights. `Surfaces.about_the_base` lowers one pixel by the range
+    # of heights, so that the middle is the lowest height of all other pixels.
     based = surfaces.about_the_base(surface)
     box = FIRST_ORDER if surface.name == "blazed" else None
     panels = []
@@ -185,11 +189,11 @@ def cut_outs(surfaces: Surfaces) -> list[Drawing]:
 def figures() -> dict:
     """Draws the sheets and returns the page's numbers. Raises SetupError if they contradict its text.
 
-    - `panel`: the side of a panel in pixels; `sheets`: the results of `draw`, with the errors of compared panels.
-    - `scans`: whether all scans are present; `skins`: name and key of the surfaces of each species.
+    - `panel`: the side of a panel in pixels. `sheets`: the results of `draw`, with the errors of compared panels.
+    - `scans`: whether all scans are present. `skins`: name and key of the surfaces of each species.
     - `steps`, `white_spot`, `spread`, `valleys`, `terms_seen`, `right_side`, `reference_check`: from map_checks.py.
-    - `pixel`: the mean colour difference of the reference map that `about_the_base` causes by lowering one pixel, the
-      largest of all surfaces.
+    - `pixel`: the mean colour difference by which `about_the_base` changes a reference map, since it lowers one pixel;
+      the largest of all surfaces.
     - `sums`: numbers of Taylor's terms at the wavelength `sums_nm`, from which on errors are at most `converged`.
     """
     folder = images(PART)

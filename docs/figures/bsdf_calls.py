@@ -1,8 +1,8 @@
 """Time of one BSDF call in nanoseconds: kernels over large wavefronts through the Python API, minus an empty kernel.
 
-A wavefront is an array of evaluations of a BSDF that one kernel of Dr.Jit computes; an element is one evaluation. The
-time of an element is the time of the kernel over the number of elements. A kernel runs on all threads of Dr.Jit, or on
-the whole graphics card, so a single thread takes longer for an element.
+A *wavefront* is an array of evaluations of a BSDF, its *elements*, that one kernel of Dr.Jit computes. The time of an
+element is the time of the kernel over the number of elements. A kernel runs on all threads of Dr.Jit, or on the whole
+graphics card, so a single thread takes longer for an element. The empty kernel only reads the inputs (`empty`).
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ MOST = 1 << 21
 KERNEL_S = 0.1
 # Number of timed kernels of each BSDF. More come closer to the time of an idle machine, and take longer.
 TURNS = 7
-# Smallest reported time of an element. Noise can make a call's kernel seem no slower than the empty one, and ratios
-# need a positive time. A call on a processor takes longer than this.
+# Smallest reported time of an element. By noise a call's kernel can seem no slower than the empty one, but ratios need
+# a positive time. On a processor every call takes longer than this.
 LEAST_NS = 0.01
 # Seed of the random inputs; its value is arbitrary.
 SEED = 1
@@ -43,7 +43,7 @@ SEED = 1
 def bsdfs() -> dict[str, dict]:
     """Dictionaries of BSDFs in aluminium by name: RELIEFS with and without energy conservation, and REFERENCE.
 
-    REFERENCE is the name of the rough mirror to which times are compared.
+    REFERENCE is Mitsuba's rough mirror, with which times are compared.
     """
     diffraction = {name: {"type": "diffraction", **preset_skin(name), **ALUMINIUM} for name in RELIEFS}
     return {
@@ -56,8 +56,8 @@ def bsdfs() -> dict[str, dict]:
 def figures(variants: tuple = VARIANTS) -> list[dict]:
     """Rows of {variant, name, threads, ns, ratio}, one for each variant and BSDF.
 
-    `threads` is the number of threads of each kernel, `ns` has nanoseconds per element by call, and `ratio` has their
-    ratios to those of REFERENCE.
+    `threads` is the number of threads of a kernel. `ns` has nanoseconds per element by call, and `ratio` their ratios
+    to those of REFERENCE.
     """
     rows = []
     for variant in variants:
@@ -93,7 +93,7 @@ def call_ns(materials: dict[str, mi.BSDF], call: str, wavefront: int | None = No
             elements[name] = fitting_elements(min(kernel_s(programs[name], few) for _ in range(2)) / FEWEST)
         else:
             elements[name] = wavefront
-    # BSDFs with equally large wavefronts share their inputs, which are evaluated once and stay in memory.
+    # BSDFs with equally large wavefronts have the same inputs, which are evaluated once and stay in memory.
     inputs = {count: Inputs(count) for count in set(elements.values())}
     # Pairs of seconds by BSDF, one for each turn: the call's kernel and the empty kernel.
     seconds: dict[str, list] = {name: [] for name in materials}
@@ -157,8 +157,8 @@ def answer(bsdf: mi.BSDF, call: str, inputs: Inputs) -> mi.Float:
 def empty(call: str, inputs: Inputs) -> mi.Float:
     """A number per element that depends on the call's directions, random numbers and wavelengths, without a BSDF.
 
-    A BSDF may ignore an argument: `roughconductor` reads no `u1`, and no wavelengths for `pdf`. The time of such reads
-    is subtracted, too, so the BSDF's time comes out slightly too small.
+    A BSDF may ignore an input: `roughconductor` reads no `u1`, and no wavelengths for `pdf`. The empty kernel reads it
+    nevertheless, so the BSDF's time comes out slightly too small.
     """
     read = dr.sum(inputs.u2) + inputs.u1 if call == "sample" else dr.sum(inputs.wo)
     read = read + dr.sum(inputs.si.wi)

@@ -1,6 +1,6 @@
 """Measurements on a graphics card from `docs/data/gpu.json`, which `make bench-gpu` (benches/gpu) writes.
 
-A measurement is `None` if the file or the row for it is missing. The documentation then says "not run".
+A measurement is `None` if the file or the measurement's row is missing. The documentation then says "not run".
 """
 
 from __future__ import annotations
@@ -17,11 +17,15 @@ NOT_RUN = "not run"
 
 @dataclass(frozen=True)
 class Card:
-    """Name and driver of a card, and the results `parts` of benches/gpu by part, with a row of `rows` for each check.
+    """Name and driver of a card, and the results `parts` of benches/gpu by part.
 
-    Arguments of the methods: `kind` is `rgb` or `spectral`, for the variants `cuda_ad_rgb` and `cuda_ad_spectral`.
-    `material` is a key of `bsdf_calls.bsdfs` or of `BenchmarkScene.bsdfs` (benchmark_scenes.py), `call` one of
-    `bsdf_calls.CALLS`, `scene` the name of a `BenchmarkScene`, and `method` one of the realtime renderer.
+    A part has a list `rows` with a row for each measurement. Arguments of the methods are
+
+    - `kind`: `rgb` or `spectral`, for Mitsuba's variants `cuda_ad_rgb` and `cuda_ad_spectral`;
+    - `material`: a key of `bsdf_calls.bsdfs`, or of `BenchmarkScene.bsdfs` (benchmark_scenes.py);
+    - `call`: one of `bsdf_calls.CALLS`;
+    - `scene`: the name of a `BenchmarkScene`;
+    - `method`: a method of the realtime renderer.
     """
 
     name: str | None = None
@@ -40,7 +44,7 @@ class Card:
         return row and row["ns"].get(material)
 
     def render_ratio(self, kind: str, scene: str, material: str) -> float | None:
-        """Wall-clock time of a render over that of the scene with `roughconductor`."""
+        """Wall-clock time of a render over that of the scene with Mitsuba's `roughconductor`."""
         row = self._row("renders", kind=kind, scene=scene)
         ratio = row and row.get("ratio", {}).get(material)
         return ratio and ratio["wall"]

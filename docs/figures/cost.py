@@ -1,4 +1,4 @@
-"""Render times of the snake with `diffraction` and with Mitsuba's own BSDFs, with equal samples per pixel."""
+"""Render times of the snake with the plugin's BSDF `diffraction` and with Mitsuba's own, at equal samples per pixel."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ def measure(repetitions: int, view: View, spp: int, max_depth: int) -> dict:
     """Seconds of each BSDF: creation, first render, and `repetitions` later renders in turn with the other BSDFs.
 
     The caller has selected a variant of VARIANTS. Returns {name: {tables_s, first_render_s, renders_s}}; `renders_s` is
-    a list. Creation builds all tables, since the cache is off. Only `first_render_s` includes compilation of kernels.
+    a list. `tables_s` is the time of creation, which builds all tables, since the cache is off. Only `first_render_s`
+    includes the compilation of kernels, Dr.Jit's machine code.
     """
     files = snake_files()
     scenes, result = {}, {}
@@ -48,8 +49,8 @@ def measure(repetitions: int, view: View, spp: int, max_depth: int) -> dict:
         # The conversion to an array waits for the end of the render.
         np.array(mi.render(scenes[name], seed=0))
         result[name] = {"tables_s": tables_s, "first_render_s": time.perf_counter() - start, "renders_s": []}
-    # Untimed renders. Kernels contain all BSDFs that exist, so they are compiled again after BSDFs are created. They
-    # are also compiled again when the seed first changes.
+    # Untimed renders. Kernels contain all BSDFs that exist, so Dr.Jit compiles them again after BSDFs are created. It
+    # also does so when the seed first changes.
     for scene in scenes.values():
         np.array(mi.render(scene, seed=1))
     for repetition in range(repetitions):

@@ -1,8 +1,9 @@
 """Part `covers-validity` of the documentation (page.py): gratings under a clear cover against independent solvers.
 
-`drawn` compares both theories on random gratings. `case` compares the phase screen on perfect conductors with and
-without a cover. `to_and_fro` estimates the light that both theories omit.
+`drawn` compares both theories, SCALAR and EXACT, on random gratings. `case` compares the phase screen on perfect
+conductors with and without a cover. `to_and_fro` estimates the light that both theories omit.
 
+- A *cover* is a clear layer over the relief, whose upper side is flat.
 - The solvers, the *judges* (tests/judges/gratings), solve for light and orders in a medium of the cover's index. Their
   powers are multiplied by the transmittances of the cover's flat side, on the way in and on the way out.
 - A *power* is the fraction of unpolarised light from air that leaves into air in one order.
@@ -54,14 +55,15 @@ from .validity_sweeps import angles_of
 PART = "covers-validity"
 # Index of polycarbonate at 589 nm. The rounded 1.58 would let orders of the page's gratings graze the surface inside.
 POLYCARBONATE = 1.585
-# Largest accepted rms error of an order's power by EXACT. The judges' own errors are up to half of it.
+# Largest accepted rms error of an order's power by EXACT. The judges' own errors are up to half as large.
 EXACT_RMS_MAX = 1e-3
-# Upper ends of the ranges of angles of incidence, from 0° on, by which random settings are grouped. The settings end at
-# the last one.
+# Upper ends of the spans, ranges of angles of incidence by which random settings are grouped. The first span begins at
+# 0°. No setting has an angle above the last end.
 REACHES_DEG = (30.0, 60.0, 75.0)
 # Metal of the gratings of TO_AND_FRO.
 TO_AND_FRO_METAL = "Al"
-# Gratings of the table of light to and fro: kind on the page, and grating. The first is so shallow that it is a mirror.
+# Gratings of the table of light to and fro: the kind's name on the page, and the grating. Numbers are the period in µm,
+# and the height in µm or the slope in degrees. The first grating is so shallow that it is a mirror.
 TO_AND_FRO = (
     ("flat", Grating("sinusoidal", 2.5, 1e-4)),
     ("sinusoid", sweeps.sinusoid(2.5, 10.0)),
@@ -107,17 +109,17 @@ def compared(answer: Judged) -> Compared:
 
 
 def misplaced_fraction(found: np.ndarray, true: np.ndarray) -> float:
-    """Misplaced power of the powers `found`, as a fraction of the light that leaves by the powers `true`."""
+    """Misplaced power of a theory's powers `found` against the judge's powers `true`, over the sum of `true`."""
     return misplaced(found, true) / float(true.sum())
 
 
 def errors(differences: list[np.ndarray]) -> dict:
-    """Rms, 99th percentile and largest error over the orders of all settings; one array (orders,) for each setting."""
+    """Rms, 99th percentile and largest magnitude of `differences`, one array (orders,) for each setting."""
     return summary(np.concatenate(differences))
 
 
 def in_spans(made: list[Compared]) -> list[list[Compared]]:
-    """The comparisons in each range of angles that ends at one of REACHES_DEG."""
+    """The comparisons in each *span*, a range of angles of incidence that ends at one of REACHES_DEG."""
     ranges = zip((0.0, *REACHES_DEG), REACHES_DEG)
     return [[each for each in made if low <= each.answer.setting.theta_deg < high] for low, high in ranges]
 
@@ -125,7 +127,7 @@ def in_spans(made: list[Compared]) -> list[list[Compared]]:
 def by_span(made: list[Compared]) -> list[dict]:
     """Mean misplaced power of SCALAR, bare and covered: a row for each shape, in metals and in the dielectric.
 
-    `spans` has an entry for each range of angles, with its number of `settings`.
+    `spans` has an entry for each span, with the number of its `settings`.
     """
     rows = []
     for dielectric in (False, True):
@@ -151,10 +153,11 @@ def by_span(made: list[Compared]) -> list[dict]:
 def drawn() -> dict:
     """The theories' errors on the random gratings. Raises SetupError if a row's rms error of EXACT is too large.
 
-    - `rows`: errors of both theories by medium and shape; `unsettled`: the judge's largest change between resolutions.
+    - `rows`: errors of both theories by medium and shape. `unsettled` is the largest change of a power between the
+      judge's two resolutions.
     - `misplaced`: the result of `by_span`.
     - `exact`: the errors of EXACT over all settings.
-    - `states`: the errors of EXACT against powers with each state's transmittances (`by_states`), by range of angles.
+    - `states`: the errors of EXACT against powers with each state's transmittances (`by_states`), by span.
     - `settings`: the number of settings; `left_out`: the number of further ones whose judge has not converged.
     """
     made = [compared(answer) for answer in load(COVERED)]
@@ -191,7 +194,7 @@ def drawn() -> dict:
 def judged_perfect(grating: Grating, light: Light) -> Judged:
     """Orders and powers of a perfect conductor under polycarbonate by its judge, the boundary integral.
 
-    Their numerical error is not estimated: `unsettled` is 0.
+    The judge solves at one resolution, so its numerical error is not known, and `unsettled` is 0.
     """
     # A setting has positive angles; light from the side of −x has the azimuth 180°.
     theta_deg, phi_deg = abs(light.theta_i_deg), 0.0 if light.theta_i_deg >= 0 else 180.0
@@ -236,24 +239,28 @@ def reflected_inside(grating: Grating, nm: float, sine: float) -> dict[int, tupl
     """Efficiencies (s, p) of each order, by its number, when the grating reflects light inside polycarbonate.
 
     The light comes across the grooves. `sine` is the sine of its angle with the normal inside the cover, positive for
-    light from the side of +x. In a cover of index n a grating diffracts like one in air that is n times as large. The
-    metal's index is then divided by n.
+    light from the side of +x. In a cover of index n a grating diffracts like one in air that is n times as large, in a
+    metal whose index is divided by n.
     """
     n, metal = POLYCARBONATE, index(TO_AND_FRO_METAL, nm) / POLYCARBONATE
-    words = ["--preset", grating.preset, "--period", n * grating.period, "--height", n * grating.height]
-    words += ["--eta", metal.real, "--k", metal.imag, "--theory", "rigorous", "--wavelength", nm, "--json"]
+    arguments = ["--preset", grating.preset, "--period", n * grating.period, "--height", n * grating.height]
+    arguments += ["--eta", metal.real, "--k", metal.imag, "--theory", "rigorous", "--wavelength", nm, "--json"]
     light = ["--theta-i", float(np.degrees(np.arcsin(abs(sine)))), "--phi-i", 0 if sine >= 0 else 180]
-    report = json.loads(sunbeam("orders", *words, *light))
+    report = json.loads(sunbeam("orders", *arguments, *light))
     # Across the grooves s is TE and p is TM.
     return {order["order"]: (order["te"], order["tm"]) for order in report["orders"]}
 
 
 def reflectances_inside(grating: Grating, nm: float, orders: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """The matrices R of `to_and_fro`, [state, to, from], for all orders that propagate in the cover and their q."""
+    """The matrices R of `to_and_fro`, [state, to, from], for the `orders` that propagate in the cover.
+
+    `q` are their direction cosines.
+    """
     position = {int(order): i for i, order in enumerate(orders)}
     reflectance = np.zeros((2, len(orders), len(orders)))
     for i, order in enumerate(orders):
-        # Light that comes down along an order with q comes from the side of −q.
+        # Light that comes down along an order with q comes from the side of −q. It leaves in orders that are counted
+        # from `order`, by `step`.
         for step, pair in reflected_inside(grating, nm, -q[i] / POLYCARBONATE).items():
             reflectance[:, position[int(order) + step], i] = pair
     return reflectance
@@ -272,16 +279,17 @@ def to_and_fro(grating: Grating, light: Light) -> tuple[float, float]:
     """
     # λ/d and sin θi.
     ratio, sine = light.wavelength_nm * 1e-3 / grating.period, np.sin(np.radians(light.theta_i_deg))
-    # |q| < n bounds |j| by (n + sin θi) d/λ, and sin θi ≤ 1.
+    # q_j = jλ/d − sin θi with |q_j| < n bounds |j| by (n + sin θi) d/λ, and sin θi ≤ 1.
     largest_order = int((POLYCARBONATE + 1) / ratio) + 1
     orders = np.arange(-largest_order, largest_order + 1)
     orders = orders[np.abs(orders * ratio - sine) < POLYCARBONATE]
     q = orders * ratio - sine
     reflectance = reflectances_inside(grating, light.wavelength_nm, orders, q)
-    # T as [state, order].
+    # T_j as [state, order].
     transmittance = np.zeros((2, len(orders)))
     in_air = np.abs(q) < 1
     transmittance[:, in_air] = transmittances(POLYCARBONATE, np.sqrt(1 - q[in_air] ** 2)).T
+    # The flat side's transmittances for the incident light: T_0 by state.
     arriving = transmittances(POLYCARBONATE, np.cos(np.radians(light.theta_i_deg)))
     # Position of order 0.
     mirror = int(np.flatnonzero(orders == 0)[0])

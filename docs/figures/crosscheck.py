@@ -2,7 +2,8 @@
 
 The measurements are those of `python -m mitsuba_scenes.crosscheck`, and a comparison of gratings with `theory =
 rigorous`, which that command leaves to the tests. A *control* is a comparison with a deliberate error, which must fail.
-*Points* are comparisons of colours at the same points of the surface in both renderers.
+*Points* are comparisons of values at the same points of the surface in both renderers. Differences of pictures are
+ΔE₂₀₀₀, the colour difference CIEDE2000, and FLIP, a difference as perceived when pictures are flipped.
 """
 
 from __future__ import annotations
@@ -19,16 +20,16 @@ from mitsuba_scenes.snake import snake_files
 from .speed_error import processor
 
 # Parameters of the plugin: a blazed grating in aluminium, with the metal's index at 570 nm. The grating differs from
-# its mirror image, so a wrong sign along x would show. The short coherence length makes orders wide, so that some
-# pixels see each light.
+# its mirror image, so a wrong sign along x would show. The short coherence length, in µm, makes orders wide, so that
+# some pixels see an order of each light.
 BLAZED = {"preset": "blazed", "theory": "rigorous", "eta": 1.0, "k": 6.9, "coherence_length": 20.0}
-# The compared gratings, named by their periods: the preset's, and one close to the wavelength. Comparisons at points
-# do not read `supersample`.
+# The compared gratings, named by their periods: the preset's, and one close to the wavelength. `Case` requires
+# `supersample`, which comparisons at points do not read.
 GRATINGS = [
     Case("blazed, 2.5 µm", BLAZED, supersample=1),
     Case("blazed, 0.9 µm", {**BLAZED, "period": 0.9, "height": 0.15}, supersample=1),
 ]
-# Variant of the comparison of gratings, which compares colours.
+# Mitsuba's variant in the comparison of gratings, which compares colours.
 COLOURS_VARIANT = "llvm_ad_rgb"
 
 
@@ -89,9 +90,10 @@ def picture_figures(found: dict) -> dict:
 
 
 def method_figures(compared: dict) -> list[dict]:
-    """A row for each picture of methods.py, by its method's name: mean differences from the path-traced ensemble.
+    """A row for each picture of mitsuba_scenes/crosscheck/methods.py: mean differences from the path-traced reference.
 
-    `same_rays` has those from the ensemble along the rays of the realtime renderer.
+    The reference is the model `ensemble` (docs/model.md#coherence). `same_rays` has the differences from an ensemble
+    picture along the rays of the realtime renderer. Rows are named by the methods of the pictures.
     """
     rows = []
     for name, row in compared["against_the_reference"].items():

@@ -1,6 +1,6 @@
 """A compact disc as a mesh: a flat ring whose texture coordinate u runs along the radius and v around the ring.
 
-The x axis of a relief follows u, so a relief that varies along x alone, such as the preset `cd`, gets circular tracks.
+The x axis of a relief follows u, so grooves along its y axis become circles. So do the rows of pits of the preset `cd`.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import numpy as np
 INNER_RADIUS_CM = 2.3
 # Outer radius of a compact disc's tracks.
 OUTER_RADIUS_CM = 5.8
-# Height above the scenes' ground z = 0. At height 0 disc and ground would coincide; a larger height would be seen as a
-# gap.
+# Height of the disc above the scenes' ground z = 0. At height 0 disc and ground would coincide; a larger height would
+# be seen as a gap.
 HEIGHT_CM = 0.2
 # Quadrilaterals of the mesh around the ring. More make the outline rounder, and the direction of the tracks, which is
 # constant in each triangle, more accurate.
@@ -38,8 +38,8 @@ def write_disc(ply: Path) -> Path:
     # Vertices along a radius are neighbours in the list: vertex (i, j), the i-th around and the j-th outwards, has the
     # index i·step + j.
     step = RADIAL_CELLS + 1
-    # Indices of each quadrilateral's corners, counter-clockwise seen from above. `a` is the inner one at the smaller v,
-    # and `b` the outer one there.
+    # Indices of each quadrilateral's corners a, b, c and d, counter-clockwise seen from above. `a` is the inner corner
+    # at the smaller v, and `b` the outer one at this v.
     a = (np.arange(ANGULAR_CELLS)[:, None] * step + np.arange(RADIAL_CELLS)).ravel()
     b, c, d = a + 1, a + step + 1, a + step
     faces = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)])

@@ -1,8 +1,9 @@
-"""Part `films` of the documentation (page.py): films in pictures, a spectrometer and a white furnace.
+"""Part `films` of the documentation (page.py): diffracting films in pictures, in a spectrometer and a white furnace.
 
-The scenes are those of mitsuba_scenes/films.py. The spectrometer, which is figures 1.1 and 1.2 of Single 2014, sends
-the light of spectral lines through a film onto a screen. Order m of a line is there at x = D tan(asin(mλ/d)). λ is the
-wavelength, d the film's period, and D its distance SCREEN_CM from the screen.
+A *film* is a transparent sheet with a relief on one side, a body that transmits (docs/model.md#bodies-that-transmit).
+The scenes are those of mitsuba_scenes/films.py. The spectrometer of figures 1.1 and 1.2 of Single 2014, M. Single's
+thesis, sends the light of spectral lines through a film onto a screen. Order m of a line meets the screen at
+x = D tan(asin(mλ/d)). λ is the wavelength, d the film's period, and D its distance SCREEN_CM from the screen.
 
 A *white furnace* is uniform light of radiance 1 from everywhere. A film that lost no light would have radiance 1 in it.
 """
@@ -40,11 +41,11 @@ from .page import images, insist
 PART = "films"
 # Width and height of the pictures in pixels.
 SIZE = (480, 320)
-# Wavelength in nm and period in µm of figure 1.2's drawing in periodicity.md.
+# Wavelength in nm and period in µm of the drawing of figure 1.2 on the page periodicity.md.
 DRAWN = (550.0, 1.25)
 # Half width of the measured strip, which is as wide as the screen.
 HALF_SCREEN_CM = 25.0
-# Edge of a measured pixel on the screen. The slit's image is two pixels wide.
+# Edge of a measured pixel on the screen. The image of the spectrometer's slit is two pixels wide.
 PIXEL_CM = 0.08
 # Height of the measuring camera above the axis, where the film's mount hides nothing.
 CAMERA_ABOVE_CM = 13.0
@@ -55,7 +56,8 @@ YELLOW_NM = 578.05
 # Half width of the window about an expected position in which a line is measured. It holds the slit's image, 0.16 cm
 # wide at normal incidence, without the next line's.
 NEAR_CM = 0.35
-# Films in the furnace: height in µm of a sinusoid of PERIOD_UM, and the theory. A film of height 0 is flat.
+# Films in the furnace: height in µm of a sinusoid of PERIOD_UM, and the plugin's parameter `theory`, the phase screen
+# (scalar) or Maxwell's equations (rigorous). A film of height 0 is flat.
 FURNACE_FILMS = ((0.0, "scalar"), (0.1, "scalar"), (0.2, "scalar"), (0.4, "scalar"), (0.4, "rigorous"))
 # Angles at which sheets of film are seen in the furnace, across their grooves.
 FURNACE_ANGLES_DEG = (0.0, 30.0, 60.0)
@@ -69,8 +71,8 @@ FURNACE_SPP = 144
 FURNACE_FOV_DEG = 6.0
 # Distance of the camera from the origin in the furnace, in radii of the sphere. Larger ones make rays more parallel.
 FURNACE_DISTANCE = 20.0
-# Radius about the picture's centre within which radiance is averaged, in radii of the sphere. It excludes the sphere's
-# edge, where pixels are partly empty.
+# Radius about the picture's centre within which radiance is averaged, in radii of the sphere. The sphere's edge, where
+# pixels are partly empty, is left out.
 FURNACE_RADIUS = 0.95
 
 
@@ -90,7 +92,7 @@ PICTURES = {
 
 
 def position_cm(order: int, wavelength_nm: float, period_um: float = PERIOD_UM) -> float | None:
-    """x on the screen of an order by the grating equation; None if it does not leave the film."""
+    """x on the screen of an order by the grating equation; None if the order does not leave the film."""
     sine = order * wavelength_nm / 1e3 / period_um
     return SCREEN_CM * math.tan(math.asin(sine)) if abs(sine) < 1 else None
 
@@ -102,11 +104,11 @@ def profile(scene: dict) -> tuple[np.ndarray, np.ndarray]:
     The picture reaches from 1 cm below the axis up to CAMERA_ABOVE_CM + 1 cm above the camera.
     """
     columns, rows = round(2 * HALF_SCREEN_CM / PIXEL_CM), round((2 * CAMERA_ABOVE_CM + 2) / PIXEL_CM)
-    # The camera sees the strip's whole width. It looks along +y from y = 1 cm; the film is at y = 0.
+    # The camera looks along +y from y = 1 cm, and sees the whole width of the screen; the film is at y = 0.
     distance, height = SCREEN_CM - 1, AXIS_CM + CAMERA_ABOVE_CM
     fov_deg = 2 * math.degrees(math.atan(HALF_SCREEN_CM / distance))
     view = View(columns, rows, origin_cm=(0, 1, height), target_cm=(0, 2, height), fov_deg=fov_deg)
-    # The scene's sampler and reconstruction filter stay.
+    # The scene's sampler and reconstruction filter are kept.
     sensor = {**scene["sensor"], **{key: view.sensor(MEASURED_SPP)[key] for key in ("fov", "to_world")}}
     sensor["film"] = {**sensor["film"], "width": columns, "height": rows}
     dark = {key: value for key, value in scene.items() if key != "room"}
@@ -114,12 +116,12 @@ def profile(scene: dict) -> tuple[np.ndarray, np.ndarray]:
     # The slit's image is 3 cm high; its middle 2 cm are the last rows of the picture.
     strip = pixels[-round(2 / PIXEL_CM) :]
     x_cm = ((np.arange(columns) + 0.5) / columns - 0.5) * 2 * HALF_SCREEN_CM
-    # Spectral colours have negative channels in linear sRGB, which are left out. Brightness sums rows and channels.
+    # Spectral colours have negative channels in linear sRGB, which count as 0. Brightness sums rows and channels.
     return x_cm, strip.clip(0).sum(axis=(0, 2))
 
 
 def line_cm(x_cm: np.ndarray, brightness: np.ndarray, expected_cm: float) -> float:
-    """Centroid of a line near its expected position on the screen, above the darkest column there."""
+    """Centroid of a line near its expected position on the screen; the darkest column there counts as black."""
     near = np.abs(x_cm - expected_cm) < NEAR_CM
     weights = brightness[near] - brightness[near].min()
     return float(np.average(x_cm[near], weights=weights))
@@ -187,7 +189,10 @@ def sheet(bsdf: dict, angle_deg: float) -> dict:
 
 
 def in_furnace(height_um: float, theory: str) -> dict:
-    """Radiances in the furnace: the film as sheets at FURNACE_ANGLES_DEG, as a closed shell, and as a solid ball."""
+    """Radiances in the furnace: the film as sheets at FURNACE_ANGLES_DEG, as a closed shell, and as a solid ball.
+
+    The solid ball has the film's relief as its surface.
+    """
     bsdf = furnace_film(height_um, theory)
 
     def sphere(transmission: str) -> float:

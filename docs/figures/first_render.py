@@ -1,7 +1,8 @@
 """Times of the first picture in a fresh process, with tables from the plugin's cache and without compiled kernels.
 
-`python -m docs.figures.first_render VARIANT MATERIAL` is that process; it prints its times as JSON. A *kernel* is the
-machine code that Dr.Jit compiles for a picture and caches on disk.
+`python -m docs.figures.first_render VARIANT MATERIAL` is such a process; it prints its times as JSON. A *table* holds
+precomputed values of a material's diffraction, which the plugin caches on disk. A *kernel* is the machine code that
+Dr.Jit compiles for a picture and also caches on disk.
 """
 
 from __future__ import annotations
@@ -25,19 +26,19 @@ from .time_to_error import render
 VARIANTS = ("llvm_ad_rgb", "llvm_ad_spectral")
 # Width and height of the picture in pixels. It is small, so that compilation outweighs the rendering itself.
 SIZE = (24, 16)
-# Argument of the process that only puts the tables into the cache.
+# Argument of a process that only puts the tables into the cache.
 ONLY_TABLES = "--only-tables"
 
 
 def sphere() -> BenchmarkScene:
-    """The benchmark scene with a sphere, whose materials are measured."""
+    """The benchmark scene with a sphere (benchmark_scenes.py), whose materials are measured."""
     return next(scene for scene in scenes() if scene.name == "sphere")
 
 
 def figures(variants: tuple = VARIANTS) -> list[dict]:
     """A row for each variant and material: `variant`, `name` of the material, and the times of `in_fresh_process`.
 
-    Materials are the diffraction with each relief of the sphere, and REFERENCE, Mitsuba's own material.
+    Materials are the plugin's, named by the reliefs of the sphere, and REFERENCE, Mitsuba's own.
     """
     names = [*sphere().surfaces, REFERENCE]
     return [
@@ -48,7 +49,7 @@ def figures(variants: tuple = VARIANTS) -> list[dict]:
 def in_fresh_process(variant: str, name: str) -> dict:
     """Seconds to create the material, `load_s`, of the first render, `render_s`, and of the whole process, `process_s`.
 
-    `render_s` includes the compilation of kernels, and `process_s` the start of Python and its imports.
+    `render_s` includes the compilation of kernels. `process_s` also includes the start of Python and its imports.
     """
     with TemporaryDirectory() as folder:
         # An earlier process puts the tables into the plugin's cache. Its kernels go to another folder, so the measured
@@ -63,7 +64,7 @@ def child(variant: str, name: str, kernels: Path, *options: str) -> str:
     """Runs `main` with these arguments in a process with its kernel cache in the new folder `kernels`.
 
     `kernels` must not exist. Returns the last line that the process printed, empty if there is none. Raises SetupError
-    if it fails.
+    if the process fails.
     """
     kernels.mkdir()
     done = subprocess.run(

@@ -1,12 +1,15 @@
 """Part `gratings` of the documentation (page.py): classic efficiency curves by Maxwell's equations.
 
-Symbols: d is the period, h the height and λ the wavelength; a *ratio* is λ/d, against which curves are drawn, and a
-*depth* is h/d. In a *Littrow mount* in order 1 the diffracted light returns along the incident light, sin θi = λ/(2d).
-`sunbeam` gives the returning order the number −1, since the light comes from −x. An order *passes off* where it reaches
-the horizon; efficiencies of the other orders then change steeply, Wood's anomalies. TE and TM are the polarisations
-with the electric and the magnetic field along the grooves. Metals are named as Mitsuba's `material`, `Al` or `Ag`; a
-perfect conductor is `None`. A *curve* is a dictionary with lists: efficiencies `te` and `tm` over `ratio` or
-`height_um`, or `tm` over `theta_deg`.
+- d, h, λ, θi: the period, the height, the wavelength and the angle of incidence.
+- *Ratio*: λ/d, against which curves are drawn. *Depth*: h/d.
+- *Efficiency*: the fraction of the incident power in an order.
+- *Littrow mount* in order 1: the diffracted light returns along the incident light, sin θi = λ/(2d). `sunbeam` gives
+  the returning order the number −1, since the light comes from −x.
+- An order *passes off* where it reaches the horizon. Efficiencies of the other orders then change steeply, in *Wood's
+  anomalies*. On metals, surface plasmons shift these.
+- TE, TM: the polarisations with the electric and the magnetic field along the grooves.
+- Metals are named as Mitsuba's `material`, `Al` or `Ag`; a perfect conductor is `None`.
+- *Curve*: a dictionary with lists, efficiencies `te` and `tm` over `ratio` or `height_um`, or `tm` over `theta_deg`.
 """
 
 from __future__ import annotations
@@ -38,10 +41,11 @@ from .page import images, insist
 PART = "gratings"
 # Period of a grating with 1200 grooves per millimetre.
 PERIOD_UM = 1 / 1.2
-# Numbers of samples of the echelette's short facet and of its period (`echelette`), for a blaze at 17.5° and 500 nm.
+# Numbers of samples of the short facet and of the period of the sawtooth `echelette`. They make a blaze at 17.5° and
+# 500 nm: light of this wavelength along the normal of the long facets, at 17.5°, returns in order 1.
 ECHELETTE_SAMPLES = (50, 553)
-# λ/d at which orders pass off in a Littrow mount in order 1, by (½ − j)λ/d = ±1: orders j = 3 and −2 at 2/5, orders 2
-# and −1 at 2/3. The returning order has the number 1 here.
+# λ/d at which orders pass off in a Littrow mount in order 1. Here the returning order has the number 1, and order j has
+# the direction sine (½ − j)λ/d. It is ±1 for orders 3 and −2 at λ/d = 2/5, and for orders 2 and −1 at 2/3.
 PASSING_OFF = (2 / 5, 2 / 3)
 # Offsets in λ/d of extra points about PASSING_OFF, where curves are steep. More are positive, since surface plasmons
 # shift the anomalies of metals to longer wavelengths.
@@ -51,7 +55,7 @@ ANOMALY_OFFSETS = (-0.012, -0.006, -0.003, -0.001, 0.001, 0.003, 0.005, 0.007, 0
 def ratio_grid(first: float, last: float, count: int) -> np.ndarray:
     """Ascending λ/d: `count` equidistant values, and extra ones about the anomalies.
 
-    Rounding joins values that differ by rounding errors alone, and makes 1 exact.
+    Values are rounded to six digits, so that values equal up to rounding errors appear once, and 1 is exact.
     """
     extra = [passing_off + offset for passing_off in PASSING_OFF for offset in ANOMALY_OFFSETS]
     return np.unique(np.round([*np.linspace(first, last, count), *extra], 6))
@@ -67,12 +71,13 @@ ANOMALY_HALF_WIDTH = 0.04
 ANOMALY_POINTS = 41
 # Depths h/d of sinusoids: within scalar theory, a common holographic grating, and a deep one.
 SINUSOID_DEPTHS = (0.05, 0.14, 0.3)
-# Depth h/d of the lamellar grating.
+# Depth h/d of the lamellar grating, whose ridges and grooves are d/2 wide.
 LAMELLAR_DEPTH = 0.3
 # Height of a lamellar grating over that of the sinusoid with the same first harmonic. A square wave of height H has the
 # harmonic amplitude 2H/π, a sinusoid of height h has h/2, so H = πh/4.
 EQUIVALENT_HEIGHT = np.pi / 4
-# Smallest λ/d at which the lamellar grating and this sinusoid are compared, beyond the anomaly at 2/3.
+# Smallest λ/d at which a lamellar grating and the sinusoid with its first harmonic are compared, beyond the anomaly at
+# 2/3.
 EQUIVALENT_FROM = 0.8
 # λ/d of the lamellar grating's sweep over depth. Its grooves, d/2 wide, are wider than λ/2, so TE light enters them.
 LAMELLAR_RATIO = 0.8
@@ -92,7 +97,7 @@ DIP_POINTS = 81
 
 
 def curves_by_medium(relief: Relief) -> dict[str, dict]:
-    """Littrow curves of a relief in aluminium, `Al`, and in a perfect conductor, `perfect`."""
+    """Curves of a relief in a Littrow mount: in aluminium, `Al`, and in a perfect conductor, `perfect`."""
     return {
         "Al": littrow_curve(relief, ALUMINIUM_RATIOS, "Al"),
         "perfect": littrow_curve(relief, PERFECT_RATIOS, None),
@@ -127,7 +132,7 @@ def blazed(folder: Path) -> dict:
     anomalies = [
         {
             "passing_off": ratio,
-            # On flat metal the plasmon's wave number is larger than that of a grazing order by this factor.
+            # The plasmon's wave number on flat metal is that of a grazing order times this factor.
             "plasmon": ratio * surface_plasmon(index("Al", 1e3 * PERIOD_UM * ratio)),
             "Al": steepest_ratio(relief, "Al", ratio),
             "perfect": steepest_ratio(relief, None, ratio),
@@ -140,7 +145,7 @@ def blazed(folder: Path) -> dict:
         "blaze_nm": float(1e3 * PERIOD_UM * blaze),
         "curves": curves,
         "at_blaze": at_blaze,
-        # TE's maximum is away from the extra points of `ratio_grid`, so its neighbours are equidistant.
+        # `vertex` needs equidistant points. TE's maximum and its neighbours are no extra points of `ratio_grid`.
         "te_peak": {name: vertex(curve["ratio"], curve["te"]) for name, curve in curves.items()},
         "anomalies": anomalies,
         "step": 2 * ANOMALY_HALF_WIDTH / (ANOMALY_POINTS - 1),
@@ -148,10 +153,12 @@ def blazed(folder: Path) -> dict:
 
 
 def sinusoidal() -> dict:
-    """Holographic gratings of three depths, and the shallowest in a perfect conductor against its phase screen.
+    """Sinusoids, or holographic gratings, of three depths, and the shallowest one against its phase screen.
 
-    - `shallow`: the shallowest grating's curve, with the phase screen's efficiency J1² in order 1 as `screen`.
-    - `screen_most`, `screen_most_ratio`, `shallow_most`: the screen's largest efficiency and its λ/d, and the curve's.
+    - `shallow`: the curve of the shallowest grating in a perfect conductor, with the phase screen's efficiency J1² in
+      order 1 as `screen`. J1 is the Bessel function.
+    - `screen_most`, `screen_most_ratio`: the largest efficiency of the phase screen, and the λ/d where it occurs.
+    - `shallow_most`: the largest efficiencies of this curve.
     - `rayleigh`, `rayleigh_slope`: the largest difference from Rayleigh's expansion for the second depth, and the
       sinusoid's steepest slope πh/d.
     """
@@ -163,7 +170,7 @@ def sinusoidal() -> dict:
     curves = {str(depth): curves_by_medium(relief(depth)) for depth in SINUSOID_DEPTHS}
     # λ/d far below 1, where the phase screen is a good approximation.
     ratios = np.round(np.linspace(0.1, 0.3, 41), 6)
-    # J1² of half the phase κh, with κ = 4π cos θi/λ for light that returns.
+    # The phase screen's efficiency J1(κh/2)², with the phase rate κ = 4π cos θi/λ for light that returns.
     screen = [bessel(1, 2 * np.pi * shallow_depth / ratio * np.cos(np.arcsin(0.5 * ratio))) ** 2 for ratio in ratios]
     shallow = littrow_curve(relief(shallow_depth), ratios, None)
     return {
@@ -179,7 +186,10 @@ def sinusoidal() -> dict:
 
 
 def from_rayleigh(depth: float, curve: dict) -> float:
-    """Largest difference of a perfectly conducting sinusoid's Littrow curve from Rayleigh's expansion, in TE and TM."""
+    """Largest difference between `curve` and Rayleigh's expansion, in TE and TM.
+
+    `curve` is that of a perfectly conducting sinusoid of this depth in a Littrow mount.
+    """
     profile, largest = Sinusoid(PERIOD_UM, depth * PERIOD_UM), 0.0
     for ratio, te, tm in zip(curve["ratio"], curve["te"], curve["tm"]):
         theta_deg = float(np.degrees(np.arcsin(0.5 * ratio)))
@@ -192,10 +202,10 @@ def from_rayleigh(depth: float, curve: dict) -> float:
 
 
 def lamellar() -> dict:
-    """A lamellar grating over λ/d and over depth, and against the sinusoid with the same first harmonic.
+    """A lamellar grating over λ/d and over depth, and another one against the sinusoid with its first harmonic.
 
-    `most` has the largest efficiency over depth, and the depth h/d where it occurs. Under `equivalent`, `te` and `tm`
-    are the largest differences of the lamellar grating from the sinusoid.
+    `most` has the largest efficiencies over depth, each with the depth h/d where it occurs. Under `equivalent`, `te`
+    and `tm` are the largest differences of the second lamellar grating from the sinusoid.
     """
     curves = curves_by_medium(preset("lamellar", PERIOD_UM, LAMELLAR_DEPTH * PERIOD_UM))
     # 120 heights from 0.01 µm to 1.2 periods.
@@ -225,7 +235,10 @@ def lamellar() -> dict:
 
 
 def dip(height_um: float, near_deg: float) -> tuple[float, float]:
-    """Angle of incidence in degrees and value of the smallest TM efficiency of order 0 near the angle `near_deg`."""
+    """Angle of incidence in degrees and value of the smallest TM efficiency of order 0 near the angle `near_deg`.
+
+    The grating is a sinusoid of this height in silver.
+    """
     relief = preset("sinusoidal", PLASMON_PERIOD_UM, height_um)
     span_deg = (near_deg - DIP_HALF_WIDTH_DEG, near_deg + DIP_HALF_WIDTH_DEG, DIP_POINTS)
     curve = mirror_curve(relief, "Ag", PLASMON_NM, span_deg)
@@ -237,10 +250,11 @@ def dip(height_um: float, near_deg: float) -> tuple[float, float]:
 def plasmons() -> dict:
     """Dips of order 0 of sinusoids in silver, where light excites surface plasmons.
 
-    An order j excites a plasmon where sin θi − jλ/d = ±`wave`, on shallow gratings.
+    On a shallow grating order j excites a plasmon where sin θi − jλ/d = ±`wave`.
 
     - `wave`: the plasmon's wave number on flat silver over that of light in vacuum.
-    - `expected_deg`: θi for order −1 (+`wave`) and order 2 (−`wave`), under the keys "1" and "2".
+    - `expected_deg`: the θi at which order −1 excites a plasmon (+`wave`) and order 2 does (−`wave`). The keys are "1"
+      and "2".
     - `curves`, `dips`: curves of several heights over the angle of incidence, and the first dip of each, by order −1.
     - `limit_deg`: the angle of the first dip as the height tends to 0.
     - `flat_tm`: the reflectance of flat silver at the first expected angle.
@@ -248,7 +262,7 @@ def plasmons() -> dict:
     n = index("Ag", PLASMON_NM)
     wave = surface_plasmon(n)
     ratio = PLASMON_NM * 1e-3 / PLASMON_PERIOD_UM
-    # sin θi = wave − λ/d for order −1, and 2λ/d − wave for order 2.
+    # sin θi = wave − λ/d for order −1, and 2λ/d − wave for order 2: a sign times (wave − |j| λ/d).
     expected_deg = {
         str(order): float(np.degrees(np.arcsin(sign * (wave - order * ratio)))) for order, sign in ((1, 1), (2, -1))
     }
@@ -279,7 +293,7 @@ def plasmons() -> dict:
 
 
 def fresnel_p(n: complex, theta_deg: float) -> float:
-    """Reflectance of a flat metal with the index `n` for p polarised light."""
+    """Fresnel's reflectance of a flat metal with the complex index `n` for p polarised light."""
     cos = np.cos(np.radians(theta_deg))
     # n times the cosine of the refracted angle.
     inside = np.sqrt(n * n - 1 + cos * cos)

@@ -1,8 +1,9 @@
 """Efficiencies by `sunbeam orders` for the part `gratings`: in Littrow mounts, and over the angle of incidence.
 
-Symbols: d is the period and λ the wavelength. In a Littrow mount in order 1 the diffracted light returns along the
-incident light, sin θi = λ/(2d). TE and TM efficiencies are fractions of the incident power in each polarisation. Metals
-are named as Mitsuba's `material`, such as `Al`; a perfect conductor is `None`.
+Symbols: d is the period, λ the wavelength and θi the angle of incidence. In a Littrow mount in order 1 the diffracted
+light returns along the incident light, sin θi = λ/(2d). TE and TM are the polarisations with the electric and the
+magnetic field along the grooves. An efficiency is the fraction of the incident power of a polarisation in an order.
+Metals are named as Mitsuba's `material`, such as `Al`; a perfect conductor is `None`.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ from tests.judges.gratings.metals import index
 
 @dataclass(frozen=True)
 class Relief:
-    """A grating: the arguments of `sunbeam` that select it, `words`, and its period."""
+    """A grating: its period, and the `arguments` of `sunbeam` that select it."""
 
-    words: tuple
+    arguments: tuple
     period_um: float
 
 
@@ -30,16 +31,16 @@ def preset(name: str, period_um: float, height_um: float | None = None) -> Relie
 
     Without a height, the relief is for sweeps over the height (`littrow_against_height`).
     """
-    height_words = () if height_um is None else ("--height", height_um)
-    return Relief(("--preset", name, "--period", period_um, *height_words), period_um)
+    height_arguments = () if height_um is None else ("--height", height_um)
+    return Relief(("--preset", name, "--period", period_um, *height_arguments), period_um)
 
 
 def echelette(period_um: float, samples: tuple[int, int], path: Path) -> Relief:
     """A sawtooth with a right angle at its ridges, whose long facet rises along +x; writes its heights to `path`.
 
     `samples` are the numbers of samples of the short facet and of the period. They determine the slope b of the long
-    facet: the facets are the legs of a right triangle whose hypotenuse is the period. The short leg, d sin b, covers
-    d sin²b of the period. Ridge and groove lie on samples.
+    facet: the facets are the legs of a right triangle whose hypotenuse is the period. The short leg has the length
+    d sin b, and covers d sin²b of the period. Ridge and groove lie on samples.
     """
     short, count = samples
     slope = np.radians(blaze_angle_deg(samples))
@@ -49,9 +50,9 @@ def echelette(period_um: float, samples: tuple[int, int], path: Path) -> Relief:
     heights_um = np.where(i <= count - short, i * step_um * np.tan(slope), (count - i) * step_um / np.tan(slope))
     # A file of heights is two-dimensional; this one has a single row.
     np.save(path, heights_um[None])
-    # The default levelling of files subtracts a plane, which would tilt the facets.
-    words = ("--height-field", path, "--pixel-size", step_um, "--level", "none", "--tiling", "periodic")
-    return Relief(words, period_um)
+    # By default `sunbeam` subtracts a plane from files, which would tilt the facets.
+    arguments = ("--height-field", path, "--pixel-size", step_um, "--level", "none", "--tiling", "periodic")
+    return Relief(arguments, period_um)
 
 
 def blaze_angle_deg(samples: tuple[int, int]) -> float:
@@ -59,7 +60,7 @@ def blaze_angle_deg(samples: tuple[int, int]) -> float:
     return float(np.degrees(np.arcsin(np.sqrt(samples[0] / samples[1]))))
 
 
-def material_words(metal: str | None, wavelength_nm: float) -> tuple:
+def material_arguments(metal: str | None, wavelength_nm: float) -> tuple:
     """Arguments of `sunbeam orders` for a metal with its index at this wavelength; none for a perfect conductor."""
     if metal is None:
         return ()
@@ -67,31 +68,31 @@ def material_words(metal: str | None, wavelength_nm: float) -> tuple:
     return ("--eta", n.real, "--k", n.imag)
 
 
-def solved(relief: Relief, *words) -> dict:
-    """The report of `sunbeam orders` by Maxwell's equations, with further arguments `words`."""
-    return json.loads(sunbeam("orders", "--theory", "rigorous", "--json", *relief.words, *words))
+def solved(relief: Relief, *arguments) -> dict:
+    """The report of `sunbeam orders` by Maxwell's equations for the relief, with further `arguments`."""
+    return json.loads(sunbeam("orders", "--theory", "rigorous", "--json", *relief.arguments, *arguments))
 
 
 def littrow(relief: Relief, ratio: float, metal: str | None) -> dict:
     """Efficiencies `te` and `tm` of the returning order at λ/d = `ratio`, and `balance`, the error of the total power.
 
-    Light comes from −x, the side that the long facets of `echelette` face, at sin θi = ratio/2. For this side the order
-    that returns has the number −1.
+    Light comes from −x at sin θi = ratio/2. The long facets of `echelette` face this side. The order that returns has
+    the number −1 there.
     """
     wavelength_nm = 1e3 * relief.period_um * ratio
-    report = solved(relief, *littrow_words(relief.period_um, ratio), *material_words(metal, wavelength_nm))
+    report = solved(relief, *littrow_arguments(relief.period_um, ratio), *material_arguments(metal, wavelength_nm))
     order = efficiencies(report, -1)
     return {"te": order["te"], "tm": order["tm"], "balance": report["balance_error"]}
 
 
-def littrow_words(period_um: float, ratio: float) -> tuple:
+def littrow_arguments(period_um: float, ratio: float) -> tuple:
     """Arguments of `sunbeam orders` for light in the Littrow mount at λ/d = `ratio`."""
     theta_deg = float(np.degrees(np.arcsin(0.5 * ratio)))
     return ("--theta-i", theta_deg, "--phi-i", 180, "--wavelength", 1e3 * period_um * ratio)
 
 
 def efficiencies(report: dict, order: int) -> dict:
-    """The entry of one order in a report of `sunbeam orders`, or in one of the points of a sweep."""
+    """The entry of one order in a report of `sunbeam orders`, or in one of the points of its sweep."""
     return next(entry for entry in report["orders"] if entry["order"] == order)
 
 
@@ -112,7 +113,7 @@ def littrow_against_height(name: str, period_um: float, ratio: float, heights_um
     `heights_um` are the first height, the last, and their number.
     """
     over = ("--over", "height", "--range", ",".join(map(str, heights_um)))
-    points = solved(preset(name, period_um), *littrow_words(period_um, ratio), *over)["points"]
+    points = solved(preset(name, period_um), *littrow_arguments(period_um, ratio), *over)["points"]
     orders = [efficiencies(point, -1) for point in points]
     return {
         "height_um": [point["at"] for point in points],
@@ -127,8 +128,8 @@ def mirror_curve(relief: Relief, metal: str, wavelength_nm: float, angles_deg: t
     `angles_deg` are the first angle, the last, and their number.
     """
     over = ("--over", "theta-i", "--range", ",".join(map(str, angles_deg)))
-    words = ("--wavelength", wavelength_nm, *over, *material_words(metal, wavelength_nm))
-    points = solved(relief, *words)["points"]
+    arguments = ("--wavelength", wavelength_nm, *over, *material_arguments(metal, wavelength_nm))
+    points = solved(relief, *arguments)["points"]
     return {
         "theta_deg": [point["at"] for point in points],
         "tm": [efficiencies(point, 0)["tm"] for point in points],
@@ -144,6 +145,7 @@ def vertex(x, y) -> tuple[float, float]:
     if not 0 < i < len(y) - 1:
         raise ValueError("the largest value lies at an end of the curve")
     before, at, after = y[i - 1 : i + 2]
-    # Offset of the parabola's maximum from x[i] in steps of x. The first largest y exceeds `before`: no division by 0.
+    # Offset of the parabola's maximum from x[i] in steps of x. The divisor is not 0: `argmax` takes the first of equal
+    # values, so `at` exceeds `before`.
     shift = 0.5 * (before - after) / (before - 2 * at + after)
     return float(x[i] + shift * (x[i + 1] - x[i])), float(at - 0.25 * (before - after) * shift)

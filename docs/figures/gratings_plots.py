@@ -1,8 +1,9 @@
 """Plots of the part `gratings`: one SVG each for the numbers of `blazed`, `sinusoidal`, `lamellar` and `plasmons`.
 
-The numbers are the argument `made`, from the function of the same name in gratings.py. `passing_off` are the λ/d at
+The argument `made` has the numbers, from the function of the same name in gratings.py. `passing_off` are the λ/d at
 which orders reach the horizon, where efficiencies have anomalies; they are drawn as grey lines. Symbols: d is the
-period, h the height, λ the wavelength, and b the slope of an echelette's long facets.
+period, h the height, λ the wavelength, and b the slope of the long facets of an echelette, a blazed grating. Perfect
+means a perfect conductor.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ LITTROW_LABEL = "efficiency of the order that goes back"
 
 
 def littrow(ax, curves: dict, passing_off: tuple, title: str) -> None:
-    """Draws TE and TM of the retroreflected order over λ/d: aluminium as lines, the perfect conductor dotted.
+    """Draws TE and TM efficiencies of the returning order over λ/d: aluminium as lines, the perfect conductor dotted.
 
     `curves` has {ratio, te, tm} by the material's name, "Al" or "perfect".
     """
@@ -63,7 +64,7 @@ def sinusoidal(path: Path, made: dict, passing_off: tuple) -> None:
 
 
 def lamellar(path: Path, made: dict, passing_off: tuple) -> None:
-    """Plots efficiencies of lamellar gratings: over λ/d, over h/d, and beside a sinusoid of the same first harmonic."""
+    """Plots efficiencies of lamellar gratings over λ/d and over h/d, and beside a sinusoid of equal first harmonic."""
     figure, axes = plt.subplots(1, 3, figsize=(12, 3.6), sharey=True)
     littrow(axes[0], made["curves"], passing_off, f"lamellar, h/d = {made['depth']}")
     over_height = made["against_height"]
@@ -85,10 +86,10 @@ def lamellar(path: Path, made: dict, passing_off: tuple) -> None:
 
 
 def plasmons(path: Path, made: dict) -> None:
-    """Plots the plasmon's dips of a silver grating over the angle of incidence, and their angles over the height.
+    """Plots curves of silver gratings over the angle of incidence, and the angles of their first dips over the height.
 
-    `curves` are by the height in µm, as text. `expected_deg` has the angles by the closed form for shallow gratings, by
-    order; the key of the first dip is "1".
+    At a dip the light excites a surface plasmon. `curves` are by the height in µm, as text. `expected_deg` has the
+    angles of dips by the closed form for shallow gratings; the key of the first dip is "1".
     """
     figure, axes = plt.subplots(1, 2, figsize=(10, 3.6), width_ratios=(2, 1))
     shades = plt.colormaps["viridis"]

@@ -1,8 +1,8 @@
-"""The plugin's cost in Mitsuba: time to an error, calls, the first picture, and RGB against spectral.
+"""The plugin's cost in Mitsuba: times to an error, of calls and of the first picture, and RGB against spectral colours.
 
-A *cell* is a scene in a variant of Mitsuba, in which materials are compared by their time to the relative rms error
-`aim` (time_to_error.py). The documentation's part `sampling` and `benches/mitsuba_cost.py` use the measurements;
-`cell_lines` and `lines` give them as text.
+A *cell* is a scene in a variant of Mitsuba, in which materials are compared: by the time until a picture's relative rms
+error is `aim` (time_to_error.py). The documentation's part `sampling` and `benches/mitsuba_cost.py` use the
+measurements; `cell_lines` and `lines` give them as text.
 """
 
 from __future__ import annotations
@@ -19,12 +19,15 @@ from .speed_error import processor
 def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_against_spectral.BUDGET_S) -> dict:
     """All measurements with their settings, and under `took_s` the seconds that each took.
 
-    `cells`, `calls`, `first_renders` and `colours` have the results of the measuring functions. `cell_s` is the time of
-    each cell, and `picture_s` that of each of the two converged pictures (RGB and spectral) of `colours`. Both are in
-    seconds and leave out compiling. Cells with slow renders take longer, since each cell has a minimum number of
-    rounds. `call_names` and `turns` are the measured calls and how often each is timed, `first_size` the size of the
-    first pictures, `scanned` a caption of the scan or of what replaces it, and `grey` the mean luminance at which
-    colours are compared.
+    - `cells`, `calls`, `first_renders`, `colours`: the results of `cells` here, and of `figures` in bsdf_calls.py,
+      first_render.py and rgb_against_spectral.py.
+    - `cell_s`: the time of each cell. Cells with slow renders take longer, since each has a minimum number of rounds.
+    - `picture_s`: the time of each of the two converged pictures (RGB and spectral) of `colours`. Both times are in
+      seconds and leave out compiling.
+    - `call_names`, `turns`: the measured calls, and how often each is timed.
+    - `first_size`: the size of the first pictures.
+    - `scanned`: a caption of the scan, or of the preset that replaces it.
+    - `grey`: the mean luminance at which colours are compared.
     """
     _, scanned_caption = scanned_surface()
     made = {
@@ -52,10 +55,11 @@ def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_again
 
 
 def cell_settings(cell_s: float) -> dict:
-    """The settings of the cells, and the processor's name.
+    """The settings of the cells, and the processor's name `cpu`.
 
-    `nominal_pixels` is the number of pixels to which times are scaled, and `noise_size` the size (width, height) of the
-    pictures whose errors are measured.
+    - `aim`: the relative error until which times are stated.
+    - `nominal_pixels`: the number of pixels to which times are scaled.
+    - `noise_size`: the size (width, height) of the pictures whose errors are measured.
     """
     return {
         "cpu": processor(),
@@ -88,7 +92,7 @@ def cells(cell_s: float, names: list[str] | None = None) -> list[dict]:
 
 
 def cell_lines(made: dict) -> list[str]:
-    """The cells as lines of a text table: a line for each material of a cell, which is a row of the cell's `ways`.
+    """The cells as lines of a text table: a line for each row of a cell's `ways`, so for each material.
 
     Columns:
 
@@ -97,6 +101,8 @@ def cell_lines(made: dict) -> list[str]:
     - `error`: the relative error of the measured picture of `noise_size`;
     - `s to aim`, `/ rough`: seconds until the error is `aim`, and their ratio to those of `roughconductor`;
     - `rounds`: the number of rounds, in each of which every material is rendered once.
+
+    `made` is the result of `figures` or of `cells_with_settings`.
     """
     # Side of a square picture with this number of pixels.
     side = round(made["nominal_pixels"] ** 0.5)

@@ -11,9 +11,9 @@ import numpy as np
 from mitsuba_scenes.tool import sunbeam
 
 
-def height_field(*words) -> tuple[np.ndarray, dict]:
-    """The heights in µm, [iy, ix] with y = 0 first, and the report of the command with the arguments `words`."""
+def height_field(*arguments) -> tuple[np.ndarray, dict]:
+    """The heights in µm, [iy, ix] with y = 0 first, and the report of the command with these `arguments`."""
     with TemporaryDirectory() as folder:
         npy = Path(folder) / "heights.npy"
-        report = json.loads(sunbeam("height-field", *words, "-o", npy))
+        report = json.loads(sunbeam("height-field", *arguments, "-o", npy))
         return np.load(npy), report

@@ -13,7 +13,7 @@ KINDS = ("cosine", "uniform")
 
 
 def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
-    """The BSDF `nested` with samples of a `kind`, one of KINDS. It works in variants of Dr.Jit, not in scalar ones."""
+    """The BSDF `nested` with samples of a `kind`, one of KINDS, in variants of Dr.Jit. Scalar variants do not work."""
     warps = {
         "cosine": (mi.warp.square_to_cosine_hemisphere, mi.warp.square_to_cosine_hemisphere_pdf),
         "uniform": (mi.warp.square_to_uniform_hemisphere, mi.warp.square_to_uniform_hemisphere_pdf),
@@ -21,7 +21,7 @@ def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
     to_direction, density = warps[kind]
 
     class HemisphereSampled(mi.BSDF):
-        """Values of `nested` with the samples and densities of the warp, as one glossy component that reflects only.
+        """Values of `nested` with samples and densities of `kind`, as one glossy component that reflects only.
 
         Directions are in the local frame with z along the normal; below the surface densities are 0. The methods are
         those of `mi.BSDF`.
@@ -38,7 +38,7 @@ def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
             sample = mi.BSDFSample3f()
             sample.wo = to_direction(sample2)
             sample.pdf = density(sample.wo)
-            # No refraction, so the ray keeps its index.
+            # The relative index is 1, since the sample is not refracted.
             sample.eta = 1
             # The unary plus turns the flag into its integer.
             sample.sampled_type = mi.UInt32(+mi.BSDFFlags.GlossyReflection)

@@ -1,8 +1,9 @@
 """Statistics of a picture's colours: mean a* and b*, hues, and dark pixels near highlights.
 
-The documentation's part `renderings-methods` compares published methods by them. Pictures are linear sRGB with any
-exposure. Each is exposed by `shown`, so that statistics of different methods compare. Colours are CIELAB: lightness L*,
-and a* and b*, whose polar coordinates are hue and chroma. The constants are chosen.
+The documentation's part `renderings-methods` compares published methods by these statistics. Pictures are linear sRGB
+with any exposure. Each is exposed by `shown`, so that statistics of different methods compare. Colours are CIELAB's:
+lightness L*, and a* and b*, whose polar coordinates are hue and chroma. The half vector is the direction midway between
+those to sun and camera; order 0, the *highlight*, is where it is along the normal.
 """
 
 from __future__ import annotations
@@ -14,16 +15,16 @@ from .rgb_against_spectral import LUMINANCE, lab
 # Fraction of the non-black pixels that a picture's exposure clips. A larger one makes dim pixels visible, a smaller one
 # keeps the hues of bright ones.
 CLIPPED = 0.01
-# Relative luminance, 1 for white, below which an exposed pixel counts as dark. Its hue is then hardly seen.
+# Relative luminance, 1 for white, below which an exposed pixel counts as dark: its hue is hardly seen.
 DARK = 0.01
-# CIELAB chroma, √(a*² + b*²), above which a pixel counts as coloured; paler colours have no distinct hue.
+# CIELAB chroma, √(a*² + b*²), above which a pixel counts as coloured: paler colours have no distinct hue.
 COLOURED = 10.0
 # Width of the bins of hues in degrees. Narrower bins separate more hues and have fewer pixels each.
 BIN_DEG = 10
 # Range of CIELAB hues that count as blue, in degrees, without its ends.
 BLUE_DEG = (240.0, 300.0)
 # Range in degrees of the angle between half vector and normal of pixels that count as near a highlight. The highlight
-# itself, of order 0, is nearer.
+# itself is at smaller angles.
 NEAR_DEG = (3.0, 10.0)
 
 
@@ -53,9 +54,10 @@ def cast(pixels: np.ndarray) -> dict:
 
 
 def of_blue(reference: np.ndarray, pixels: np.ndarray) -> dict:
-    """Mean a* and b* of `pixels`, and the hue of that mean, over those that are coloured and blue in the reference.
+    """Mean a* and b* of the `pixels` that are coloured and blue in the reference, and the hue of that mean.
 
-    Both are linear pixels (count, 3) of the same scene. `count` is the number of blue pixels; at 0 the means are NaN.
+    Both arguments are linear pixels (n, 3) of the same scene. `count` is the number of blue pixels; at 0 the means are
+    NaN.
     """
     reference_lab, pixels_lab = lab(shown(reference)), lab(shown(pixels))
     hue = hue_deg(reference_lab)
@@ -94,9 +96,9 @@ def effective_hues(fractions: np.ndarray) -> float:
 def lit(pairs: np.ndarray) -> np.ndarray:
     """Mask of the lit pixels.
 
-    `pairs` (..., 8) is the array of `sunbeam render --pairs`. For each pixel it has eight numbers: the unit vectors to
-    sun and camera in the grating's frame, whose z axis is the normal; then 1 where lit, and the cosine of the sun's
-    angle to the normal.
+    `pairs` (..., 8) is the array of `sunbeam render --pairs`. Its eight numbers for each pixel are the unit vectors to
+    sun and camera in the grating's frame, whose z axis is the normal, then 1 where the sun lights the pixel, and the
+    cosine of the sun's angle to the normal.
     """
     return pairs[..., 6] > 0
 
@@ -112,7 +114,7 @@ def near_highlight(pairs: np.ndarray) -> np.ndarray:
     return lit(pairs) & (tilt_deg > NEAR_DEG[0]) & (tilt_deg < NEAR_DEG[1])
 
 
-def dark_share(pixels: np.ndarray, among: np.ndarray) -> float:
+def dark_fraction(pixels: np.ndarray, among: np.ndarray) -> float:
     """Fraction of dark pixels among the linear pixels (count, 3) in the mask `among` (count,).
 
     The exposure is that of all pixels, not only of those in the mask. An empty mask gives NaN.

@@ -1,9 +1,9 @@
 """Part `instruments` of the documentation (page.py): files of instruments, read by `sunbeam_mitsuba.convert`.
 
-The converter reads with the library SurfaceTopography. It is compared with *native readers*, those of `sunbeam
-height-field`, and with the program Gwyddion if it is on `PATH`. The files are the library's test files. The environment
-variable `SAMPLES` names their folder; docs/height-fields.md says where to get them. A *map* is a file with heights on a
-grid; a *profile* has heights along a line.
+The converter reads with SurfaceTopography, called the *library* here. It is compared with *native readers*, those of
+`sunbeam height-field`, and with the program Gwyddion if that is on `PATH`. The files are the library's test files. The
+environment variable `SAMPLES` names their folder; docs/height-fields.md says where to get them. A *map* is a file with
+heights on a grid; a *profile* has heights along a line. A *relief* is the converter's heights of a map.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ PART = "instruments"
 NATIVE = {"di": ".spm", "sdf": ".sdf", "x3p": ".x3p", "xyz": ".xyz", "gwy": ".gwy", "asc": ".txt"}
 # Text formats. Native readers may refuse such files, and Gwyddion asks its user for their sizes.
 TEXT = ("asc", "xyz")
-# Relative difference below which heights and pixel edges count as equal. A smaller one would reject scales in text
-# files, which have seven digits.
+# Relative difference below which heights and pixel edges count as equal. A smaller one would reject text files, whose
+# scales have seven digits.
 SAME = 1e-6
 
 
@@ -53,9 +53,12 @@ class Sample:
 def figures() -> dict | None:
     """All numbers of the part; `None`, after one printed line, without `SAMPLES`.
 
-    `maps` has a row for each file with a relief, `refused` one for each other file, `formats` one for each format of
-    the library. `untried` and `reasons` are the results of the functions of these names. `native` and `beside_gwyddion`
-    are numbers of compared files and formats. Raises SetupError if a reader differs from the converter.
+    - `maps`, `refused`: a row for each file that the converter reads, and one for each other file.
+    - `formats`: a row for each format of the library.
+    - `untried`, `reasons`: the results of the functions of these names.
+    - `native`, `beside_gwyddion`: numbers of the files and formats compared with native readers, and with Gwyddion.
+
+    Raises SetupError if a reader differs from the converter.
     """
     folder = os.environ.get("SAMPLES")
     if not folder:
@@ -109,9 +112,9 @@ def untried(formats: list[dict], refused: list[dict]) -> list[str]:
 def reasons(refused: list[dict]) -> dict[str, int]:
     """Numbers of refused files by the reason: profiles, bare arrays, no unit, a size above the limit, unreadable.
 
-    Raises SetupError for a message of none or of several kinds, so that a changed message is not counted wrongly.
+    Raises SetupError for a message that matches no kind or several, so that a changed message is not counted wrongly.
     """
-    # Kinds by phrases of the converter's messages.
+    # Kinds of reasons by phrases of the converter's messages.
     kinds = {
         "holds profiles": "profiles",
         "holds bare arrays": "arrays",
@@ -158,9 +161,9 @@ def readable() -> list[str]:
 
 
 def compared(sample: Sample, work: Path) -> dict:
-    """A row for a file with a relief: its pixels, and differences from the native reader and from Gwyddion.
+    """A row for a map: its numbers of pixels, and differences from the native reader and from Gwyddion.
 
-    `pixels` are numbers along x and y, `holes` that of points without a height.
+    `pixels` are the numbers along x and y, and `holes` is the number of points without a height.
     """
     relief = sample.reading.relief
     return {
@@ -180,10 +183,10 @@ def beside_native(sample: Sample, work: Path) -> dict | None:
     # The name's ending selects the native reader.
     copy, out = work / f"copy{NATIVE[sample.format]}", work / "native.npy"
     shutil.copy(sample.path, copy)
-    # Points without a height need a value, which `differences` does not compare.
-    words = ("--height-field", copy, "--level", "none", "--fill", "mean", "-o", out)
+    # The native reader must fill points without a height; `differences` does not compare these points.
+    arguments = ("--height-field", copy, "--level", "none", "--fill", "mean", "-o", out)
     try:
-        pixel_um = json.loads(sunbeam("height-field", *words))["pixel_um"]
+        pixel_um = json.loads(sunbeam("height-field", *arguments))["pixel_um"]
     except SetupError:
         if sample.format in TEXT:
             return None
@@ -192,10 +195,10 @@ def beside_native(sample: Sample, work: Path) -> dict | None:
 
 
 def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
-    """Differences from Gwyddion, and whether they are those of its mirror image along y, `mirrored`.
+    """Differences from Gwyddion's heights, or from their mirror image along y if `mirrored`.
 
-    Gwyddion's file may have several channels. Those in metres with the relief's size are compared, and the smallest
-    differences are returned. `None` for text, without such a channel, and without Gwyddion.
+    Gwyddion's file may have several channels. Those in metres with the relief's size are compared, each as it is and
+    mirrored, and the smallest differences are returned. `None` for text, without such a channel, and without Gwyddion.
     """
     if sample.format in TEXT or shutil.which("gwyddion") is None:
         return None
@@ -222,27 +225,27 @@ def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
 
 
 def differences(relief: Any, heights_um: np.ndarray, pixel_um: Any) -> dict:
-    """Largest differences of other heights and pixel edges from those of `relief`, and whether they are below SAME.
+    """Largest differences of `heights_um` and `pixel_um` from those of `relief`, and whether they are below SAME.
 
-    `heights` is relative to peak to valley, over points where the relief has a height and apart from a constant offset.
-    `pixels` is relative to the edges. `pixel_um` has the edges along x and y.
+    `pixel_um` has the edges of a pixel along x and y. The result's `heights` is relative to peak to valley, over points
+    where the relief has a height, without a constant offset. `pixels` is relative to the edges.
     """
     known = np.isfinite(relief.heights_um)
     difference_um = heights_um[known] - relief.heights_um[known]
-    # Without the offset: Gwyddion omits that of some surfaces, and it does not affect diffraction.
+    # Gwyddion omits the constant offset of some surfaces. An offset does not affect diffraction, so it is subtracted.
     heights = float(np.abs(difference_um - np.median(difference_um)).max() / relief.peak_to_valley_um)
     pixels = float(np.abs(np.array(pixel_um) / relief.pixel_um - 1).max())
     return {"heights": heights, "pixels": pixels, "same": max(heights, pixels) < SAME}
 
 
-def run_gwyddion(*words: str) -> str:
-    """Runs Gwyddion and returns its output, also where it fails, such as on a format that it cannot read.
+def run_gwyddion(*arguments: str) -> str:
+    """Runs Gwyddion and returns its output, also if it fails, such as on a format that it cannot read.
 
-    Gwyddion needs a display even for conversions, so it gets an X server of its own if `xvfb-run` is installed. Raises
-    subprocess.TimeoutExpired after two minutes: it may wait for an answer to a dialogue.
+    Gwyddion needs a display even for conversions, so it gets an X server of its own if `xvfb-run` is installed. It may
+    wait for an answer to a dialogue: after two minutes subprocess.TimeoutExpired is raised.
     """
     display = ("xvfb-run", "-a") if shutil.which("xvfb-run") else ()
-    done = subprocess.run([*display, "gwyddion", *words], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([*display, "gwyddion", *arguments], capture_output=True, text=True, timeout=120)
     return done.stdout
 
 

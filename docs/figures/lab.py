@@ -1,12 +1,15 @@
-"""Part `lab` of the documentation (page.py): the laboratory set-up of Single 2014, a thesis, in its figure 2.19.
+"""Part `lab` of the documentation (page.py): the laboratory set-up in figure 2.19 of M. Single's thesis, Single 2014.
 
-On a *bench* a beam lights a *sample*, a skin or a grating, and a screen catches the diffracted light. A *spot* is an
-order's light on the screen; its position is compared with the grating equation. The frame and the symbols of the bench
-are defined in mitsuba_scenes/laboratory.py. Each sample is rendered in white light for the page, and at three
-wavelengths for the positions of its spots.
+On a *bench* a beam lights a *sample*, a skin or a grating, and a screen catches the diffracted light. Each sample is
+rendered in white light for the page, and at three wavelengths for measurements. A *spot* is an order's light on the
+screen; its position is compared with the grating equation.
 
-Orders of an *ensemble* (docs/model.md#coherence), the plugin's default model, have Gaussian lobes. Their standard
-deviation in spatial frequency is 1/(2√2·π·s); s is a quarter of the coherence length.
+Symbols as in mitsuba_scenes/laboratory.py: x is the horizontal position on the screen in mm, λ the wavelength, and d
+the sample's period. θi and θo are the angles of the beam and of the diffracted light with the sample's normal, positive
+towards +x. Order j leaves at sin θo = jλ/d − sin θi.
+
+The plugin's default model, `ensemble` (docs/model.md#coherence), gives orders Gaussian lobes. Their standard deviation
+in spatial frequency is 1/(2√2·π·s), where s is a quarter of the coherence length.
 """
 
 from __future__ import annotations
@@ -30,13 +33,13 @@ from mitsuba_scenes.tool import sunbeam
 
 from .page import images
 
-# Resolution of a measured picture: number of pixels along a length equal to the screen's distance. Chosen: more pixels
-# resolve spots better and get fewer paths each.
+# Resolution of a measured picture: number of pixels along a length equal to the screen's distance. More pixels resolve
+# spots better and get fewer paths each.
 MEASURED_PIXELS = 400.0
-# Height of a measured picture, as a fraction of the screen's distance. Spots lie in its middle row.
+# Height of a measured picture, as a fraction of the screen's distance. Spots lie in its middle row, so a low picture
+# suffices.
 MEASURED_HEIGHT = 0.1
-# Numbers of paths of a measured picture and of a picture for the page. Chosen: more paths lower the noise and take
-# longer.
+# Numbers of paths of a measured picture and of a picture for the page. More paths lower the noise and take longer.
 MEASURED_PATHS = 500_000
 PICTURE_PATHS = 3_000_000
 # Wavelengths of the measured spots.
@@ -47,26 +50,27 @@ MARK_COLOURS = {450.0: (90, 120, 255), 550.0: (80, 230, 80), 650.0: (255, 80, 70
 LOBE_PER_UM = 1 / (2 * math.sqrt(2) * math.pi * 65 / 4)
 # Edge of a scan, which the page states. Its finite size widens the orders further.
 SCAN_UM = 6.5
-# Standard deviation in cycles per µm of the window about a scan's spot. Chosen: a narrower window would weight only
-# part of the blurred order; a wider one would include neighbouring orders.
+# Standard deviation in cycles per µm of the Gaussian weight about a scan's spot. A narrower one would weight only part
+# of the blurred order; a wider one would include neighbouring orders.
 SCAN_LOBE_PER_UM = 0.05
-# Fraction of the lit pixels that the exposure clips in pictures of skins. Chosen: a larger one shows weaker light.
+# Fraction of the lit pixels that the exposure clips in pictures of skins. A larger one shows weaker light.
 CLIPPED = 0.01
-# Fraction of the lit pixels that the exposure clips in pictures of sharp spots. Chosen: with a smaller one the spots,
-# which are few pixels wide, would be hard to see.
+# Fraction of the lit pixels that the exposure clips in pictures of sharp spots. With a smaller one the spots, which are
+# few pixels wide, would be hard to see.
 CLIPPED_SPOTS = 0.2
 # Start and end of the marks above and below the spots, in pixels from the picture's middle row.
 MARKS_PIXELS = (14, 22)
-# Factor on the period in a negative control: the page lists by how much spots would shift beside their measured errors.
+# Factor on the period in a negative control: the page lists the shifts of spots by a wrong period beside their errors.
 WRONG_PERIOD = 1.02
 # The set-up of figure 2.19, where the mirror-reflected beam meets the screen at a right angle.
 DRAWN = Bench(theta_i_deg=45.0, tilt_deg=45.0, distance_mm=60.0, width_mm=130.0, height_mm=62.5, pixels_per_mm=6.0)
-# The mirror image of this set-up for Xenopeltis, which sends most light to negative orders. They meet the screen if the
-# beam comes from the left.
+# The mirror image of the set-up DRAWN, for Xenopeltis, which sends most light to negative orders. These meet the screen
+# if the beam comes from the left, −x.
 DRAWN_FROM_LEFT = replace(DRAWN, theta_i_deg=-45.0, tilt_deg=-45.0)
-# The set-up with a wider screen for skins.
+# The set-up with a screen wider than that of DRAWN, for skins.
 SKIN_BENCH = Bench()
-# The set-up with a wider screen for the blazed grating, whose orders lie in one row: a low screen suffices.
+# The set-up with a wider screen for the blazed grating. A low screen suffices, since the grating's orders lie in one
+# row.
 BLAZED_BENCH = Bench(height_mm=120.0)
 
 
@@ -74,10 +78,13 @@ BLAZED_BENCH = Bench(height_mm=120.0)
 class Sample:
     """A surface on the bench.
 
-    `parameters` are the plugin's. `orders`, without 0, are measured; `marked` are marked on the picture. `clipped` is
-    the fraction of lit pixels that the picture's exposure clips. `window_per_um` is the standard deviation in cycles
-    per µm of the Gaussian weight of a spot's centroid. `axis` is the axis of the heights, "x" or "y", whose period lies
-    in the plane of incidence after the rotation by `parameters`.
+    - `name`, `title`: the name in file names, and that on the page.
+    - `parameters`: those of the plugin.
+    - `orders`, `marked`: the measured orders, without order 0, and those marked on the picture.
+    - `window_per_um`: the standard deviation in cycles per µm of the Gaussian weight of a spot's centroid.
+    - `clipped`: the fraction of lit pixels that the picture's exposure clips.
+    - `axis`: the axis of the heights, "x" or "y", whose period lies in the plane of incidence after the rotation by
+      `parameters`.
     """
 
     name: str
@@ -97,9 +104,9 @@ class Sample:
 
 
 def samples() -> list[Sample]:
-    """All samples: skins in the set-up of figure 2.19, then skins and the blazed grating before the wider screen.
+    """All samples: skins in the set-up of figure 2.19, then skins and the blazed grating before a wider screen.
 
-    Skins are the scans, if present, and their presets.
+    Skins are the scans, if present, and the presets that imitate them.
     """
     skins = scans()
     for name in ("Elaphe", "Xenopeltis"):
@@ -124,7 +131,7 @@ def samples() -> list[Sample]:
 
 
 def as_drawn(sample: Sample) -> Sample:
-    """The skin in the set-up of figure 2.19, with its brighter first order on the screen."""
+    """The skin in the set-up of figure 2.19, with the brighter of its first orders on the screen."""
     from_left = "Xenopeltis" in sample.title
     bench, order = (DRAWN_FROM_LEFT, -1) if from_left else (DRAWN, 1)
     return replace(sample, name=f"{sample.name}-drawn", bench=bench, orders=(order,), marked=(order, 2 * order))
@@ -133,8 +140,8 @@ def as_drawn(sample: Sample) -> Sample:
 def scans() -> list[Sample]:
     """The scans, if present, turned so that the wave vector of one period lies in the plane of incidence.
 
-    Both skins have fingers, long parallel ridges. The period is that across the fingers of Elaphe, and that of the rows
-    of fingers of Xenopeltis.
+    Both skins have rows of fingers, long parallel ridges. The period of Elaphe is that across the fingers, that of
+    Xenopeltis the distance between rows.
     """
     found = []
     for name, path, axis in (("Elaphe", SCANS["elaphe"], "y"), ("Xenopeltis", SCANS["xenopeltis"], "x")):
@@ -169,9 +176,9 @@ def period(parameters: dict, axis: str) -> dict:
 def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
     """A row for each order and wavelength whose spot is on the screen.
 
-    The argument `spacing_um` is the period of the heights. In a row `expected_mm` and `expected_deg` are the spot's
-    position x and angle θo by the grating equation for this period, and `measured_…` those of the picture. A row's
-    `spacing_um` is the period by the grating equation from the measured angle.
+    The argument `spacing_um` is the period of the heights. In a row `expected_mm` and `expected_deg` are the spot's x
+    and θo by the grating equation for this period. `measured_mm` and `measured_deg` are those of the picture, and
+    `spacing_um` is the period that the grating equation gives for the measured θo.
     """
     distance_mm = sample.bench.distance_mm
     bench = replace(sample.bench, pixels_per_mm=MEASURED_PIXELS / distance_mm, height_mm=MEASURED_HEIGHT * distance_mm)
@@ -202,10 +209,13 @@ def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
 
 
 def write_photograph(sample: Sample, bsdf: mi.BSDF, spacing_um: float, path: Path) -> None:
-    """Writes the screen in white light, with marks at the grating equation's positions of three wavelengths."""
+    """Writes a picture of the screen in white light to `path`, with marks of three wavelengths at each marked order.
+
+    The marks are at the positions by the grating equation for the period `spacing_um`.
+    """
     bench = sample.bench
     pixels = photograph(bsdf, bench, {"type": "d65"}, PICTURE_PATHS).astype(np.float32)
-    # The check takes small values for a black picture, so the mean is scaled to 1.
+    # `check` takes a picture of small values for black, so the mean is scaled to 1.
     check(pixels / pixels.mean(), sample.name)
     brightest = pixels.max(axis=-1)
     # Exposure that brings the fraction `clipped` of the lit pixels to 1 or above.
@@ -234,7 +244,10 @@ def write_photograph(sample: Sample, bsdf: mi.BSDF, spacing_um: float, path: Pat
 
 
 def figures() -> dict:
-    """The set-up's dimensions, and positions of all spots; writes the pictures of the screens."""
+    """Dimensions of the set-ups, and a `summary` of each sample; writes the pictures of the screens.
+
+    `drawn` has dimensions of figure 2.19's set-up; the others are those of the wider screen.
+    """
     folder, summaries = images("lab"), []
     use_variant()
     # BSDFs by parameters. Samples with equal parameters share one, so that its tables are built once.
@@ -255,8 +268,8 @@ def figures() -> dict:
         "paths": MEASURED_PATHS,
         "wavelengths_nm": list(WAVELENGTHS_NM),
         "wrong_period_percent": 100 * (WRONG_PERIOD - 1),
-        # Standard deviation of the lobe on the wider screen near its middle, at 0.55 µm: that of sin θo is λ times that
-        # of the spatial frequency, and x is about the distance times sin θo.
+        # Standard deviation of the lobe on the wider screen near its middle, at λ = 0.55 µm. That of sin θo is λ times
+        # that of the spatial frequency, and x is about the distance times sin θo.
         "lobe_mm": 0.55 * LOBE_PER_UM * SKIN_BENCH.distance_mm,
         "scan_um": SCAN_UM,
         "scan_window": SCAN_LOBE_PER_UM,
@@ -267,11 +280,11 @@ def figures() -> dict:
 def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
     """The sample's `spots`, which are rows of `measured`, and their distances from the grating equation.
 
-    There must be at least one spot, and each must reach the screen's plane with the wrong period, too.
+    There must be at least one spot. With the wrong period, too, each spot must reach the screen's plane.
 
     - `worst_mm`, `rms_mm`: the largest and the rms distance on the screen. `worst_deg` is the largest difference of
       angles.
-    - `wrong_period_mm`: the smallest shift of a spot by a period WRONG_PERIOD times as large, a negative control.
+    - `wrong_period_mm`: the smallest shift of a spot if the period is WRONG_PERIOD times as large, a negative control.
     - `spacing_um`: the period of the heights. `measured_spacing_um` is the mean of the periods from all spots, and
       `by_order` has their means by order.
     - `is_drawn`: whether the set-up is that of figure 2.19.

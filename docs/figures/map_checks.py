@@ -1,9 +1,11 @@
-"""Measurements for the documentation's text about BRDF maps; `check` raises an error if they contradict it.
+"""Measurements for the documentation's text about BRDF maps; `check` raises an error if they contradict the text.
 
-FLSS, NMM and PQ are the realtime methods of Single 2014, a thesis (docs/realtime.md). A map's pixels are direction
-sines (x, y) in [−1, 1]², and its disc is the hemisphere. A pixel is *lit* where the displayed reference is not black.
-Symbols: λ is the wavelength, d the period, and s the coherence window's standard deviation, a quarter of the coherence
-length. An order's lobe has the standard deviation λ/(2√2πs) in direction sines.
+- FLSS, NMM, PQ: the realtime methods of M. Single's thesis, Single 2014 (docs/realtime.md).
+- *Map*: a picture of the BRDF over outgoing directions. Its pixels are direction sines (x, y) in [−1, 1]², and its disc
+  is the hemisphere. A pixel is *lit* where the displayed reference map is not black.
+- *Panel*: a map of a surface with the options of a method, and its caption (map_panels.py).
+- λ, d, s: the wavelength, the period, and the coherence window's standard deviation, a quarter of the coherence length.
+- *Lobe* of an order: the Gaussian about its direction. Its standard deviation is λ/(2√2πs) in direction sines.
 """
 
 from __future__ import annotations
@@ -25,36 +27,37 @@ from .page import insist
 from .rgb_against_spectral import lab
 from .taylor_sums import SIZE, WAVELENGTH_UM, Sums
 
-# Number of random pairs of direction and wavelength that compare the reference with the direct sum, which is slow.
+# Number of random pairs of direction and wavelength at which the reference is compared with the direct sum. The sum is
+# slow; more pairs would find rarer errors.
 PAIRS = 24
 # Smallest ΔE2000 that an eye notices.
 NOTICED_DELTA_E = 1.0
 # Wavelength of the checks at one wavelength.
 CHECKED_NM = 550.0
-# Shortest and longest wavelength in µm that the methods sum.
+# Shortest and longest of the wavelengths that the methods sum.
 VISIBLE_UM = (0.38, 0.78)
 # Radius in direction sines of the excluded disc about the mirror direction. A larger one excludes more diffracted
 # light, a smaller one includes the lobe of the mirror reflection.
 MIRROR_RADIUS = 0.15
 # Number of directions at which the amplitudes of Taylor's series are compared with the direct sum.
 COMPARED_DIRECTIONS = 8
-# Half height in direction sines of the strip about y = 0 that counts as the orders along x. A higher strip includes
-# more light between orders.
+# Half height in direction sines of the strip about y = 0 whose light counts as that of orders along x. A higher strip
+# includes more light between orders.
 STRIP = 0.1
 
 
 def lobe_length_um(surface: Surface) -> float:
-    """2√2πs: the wavelength over this length is the standard deviation of an order's lobe in direction sines."""
+    """2√2πs in µm: λ over this length is the standard deviation of an order's lobe in direction sines."""
     return 2 * math.sqrt(2) * math.pi * surface.coherence_um / 4
 
 
 def responses(surface: Surface, queries: list[dict], *options) -> np.ndarray:
     """f_r in 1/sr by `sunbeam eval` with these options.
 
-    A query, for which the command returns one value, is {"wi": [x, y, z], "wo": [x, y, z], "wavelength": nm} with unit
-    vectors away from the surface.
+    A query is {"wi": [x, y, z], "wo": [x, y, z], "wavelength": nm} with unit vectors away from the surface. The command
+    returns one value for each.
     """
-    printed = sunbeam("eval", *surface.words, *options, stdin="\n".join(map(json.dumps, queries)) + "\n")
+    printed = sunbeam("eval", *surface.arguments, *options, stdin="\n".join(map(json.dumps, queries)) + "\n")
     return np.array([json.loads(line)["f"] for line in printed.splitlines()])
 
 
@@ -68,9 +71,10 @@ def along_x(surface: Surface, x: np.ndarray, *options) -> np.ndarray:
 
 
 def reference(surface: Surface) -> dict:
-    """Largest difference of REFERENCE_SPECTRUM from the direct sum in double precision, at PAIRS random points.
+    """Largest difference of REFERENCE_SPECTRUM from the direct sum in double precision, as `worst`.
 
-    It is relative to the largest value of the sum.
+    The difference is relative to the largest value of the sum. Values are compared at PAIRS random pairs of direction
+    and wavelength, for light along the normal.
     """
     generator = random.Random(1)
 
@@ -100,13 +104,13 @@ def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
     result has
 
     - `period_um`: the dominant period d along x;
-    - `line_nm`: λd/(2√2πs) at CHECKED_NM, the standard deviation in wavelength of order 1 in one direction. Sines
-      become wavelengths by the factor d;
+    - `line_nm`: λd/(2√2πs) at CHECKED_NM, the standard deviation in wavelength of order 1 as seen in one direction. By
+      the grating equation a difference of direction sines times d is a difference of wavelengths;
     - `delta_e`: the errors by step in nm;
     - `first_seen`: the smallest step with a visible error, or `None`.
     """
     surface = panels[0].surface
-    period_um = json.loads(sunbeam("height-field", *surface.words))["periods"]["x"]["period_um"]
+    period_um = json.loads(sunbeam("height-field", *surface.arguments))["periods"]["x"]["period_um"]
     sine = abs(sines(panels[0].size))
     visible = (sine > VISIBLE_UM[0] / period_um) & (sine < VISIBLE_UM[1] / period_um)
     orders = visible[None, :] & (sine < STRIP)[:, None] & maps.lit(panels[0])
@@ -122,21 +126,21 @@ def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
 def white_spot(maps: Maps, panels: list[Panel]) -> dict:
     """Mean CIELAB chroma by FLSS and by NMM within a radius about the centre, where NMM has a white spot.
 
-    NMM sums over the wavelengths of diffraction orders. It has none there and returns white, since the radius is that
-    of order 1 of the tile at the shortest wavelength. Each map is exposed so that its largest value is 1. The panels
-    are recognised by their captions.
+    The radius is that of order 1 of the tile at the shortest wavelength. NMM sums over the wavelengths that diffract
+    into a direction; within the radius there are none, and NMM returns white. Each map is exposed so that its largest
+    value is 1. The panels are recognised by their captions.
     """
     radius = VISIBLE_UM[0] / TILE_UM
     found = {"radius": radius}
     for panel in panels:
         name = {"(a) FLSS, centre": "flss", "(b) NMM, centre": "nmm"}.get(panel.caption)
         if name:
-            exposure = maps.drawn(panel.words()).exposure
-            # The default exposure clips 1 % of the lit pixels. A thousandth of it clips nothing; the division by the
-            # largest value replaces it.
-            linear = decoded(maps.drawn(panel.words(), exposure / 1000).png)
+            exposure = maps.drawn(panel.arguments()).exposure
+            # The default exposure clips 1 % of the pixels that are not black. A thousandth of it clips none, and the
+            # division by the largest value brightens the map again.
+            linear = decoded(maps.drawn(panel.arguments(), exposure / 1000).png)
             linear /= linear.max()
-            # A pixel's side is 2/size. The radius is reduced by half of it, so that pixels are inside as a whole.
+            # A pixel's side is 2/size. The radius is reduced by half a side, so that pixels are inside as a whole.
             inside = distance(panel.size, 0.0) < radius - 1 / panel.size
             a, b = lab(linear[inside])[:, 1:].T
             found[name] = float(np.hypot(a, b).mean())
@@ -155,14 +159,14 @@ def decoded(png: Path) -> np.ndarray:
 
 
 def spread(surface: Surface) -> dict:
-    """Fractions of order −1's light at CHECKED_NM beyond 3 standard deviations of the window's lobe, by FLSS and PQ.
+    """Fractions of order −1's light at CHECKED_NM beyond 3 standard deviations of its lobe, by FLSS and PQ.
 
-    The light is summed along x from half of order −1's direction sine to one and a half of it. `deviation` is the
+    The light is summed along x, from half the direction sine of order −1 to one and a half times it. `deviation` is the
     lobe's standard deviation in direction sines.
     """
     order = -CHECKED_NM / 1e3 / PERIOD_UM
     deviation = CHECKED_NM / 1e3 / lobe_length_um(surface)
-    # So fine that sums over x are accurate.
+    # Steps far below the lobe's standard deviation, so that sums over x are accurate.
     x = np.linspace(1.5 * order, 0.5 * order, 4001)
     beyond = abs(x - order) > 3 * deviation
     fractions = {}
@@ -173,10 +177,10 @@ def spread(surface: Surface) -> dict:
 
 
 def valleys(surface: Surface, sigmas_um: tuple) -> list[dict]:
-    """Smallest response between orders −1 and −2 at CHECKED_NM, relative to the weaker order, for each σs.
+    """Smallest response between orders −1 and −2 at CHECKED_NM, relative to the weaker order: a row for each σs.
 
-    σs, one of `sigmas_um`, is the width of the coherence window in Single 2014. It can be read in two ways: as the
-    coherence length (`window`), or as the window's standard deviation (`deviation`). `periods` is σs in periods.
+    σs, one of `sigmas_um`, is the width of the coherence window in Single 2014. The thesis can be read in two ways: σs
+    is the coherence length (`window`), or the window's standard deviation (`deviation`). `periods` is σs in periods.
     """
     order = -CHECKED_NM / 1e3 / PERIOD_UM
     # From order −2 to order −1, which are the ends of the responses.
@@ -192,10 +196,10 @@ def valleys(surface: Surface, sigmas_um: tuple) -> list[dict]:
 
 
 def terms_seen(rows: list[dict]) -> dict:
-    """For each series the smallest number of terms from which no map has a visible error where lit, or `None`.
+    """For each series the smallest number of terms from which on no map has a visible error where lit, or `None`.
 
-    A row's caption is "N = 24, " and the name of the series; rows have ascending N. Keys are `base`, `middle` and
-    `chebyshev`.
+    `rows` are errors of panels in ascending N. A caption is, for example, "N = 24, about the base". Keys of the result
+    are `base`, `middle` and `chebyshev`, the last words of the captions.
     """
     found = {}
     for series in ("about the base", "about the middle", "Chebyshev"):
@@ -211,9 +215,9 @@ def terms_seen(rows: list[dict]) -> dict:
 def right_side(maps: Maps, panels: list[Panel]) -> dict:
     """CIELAB chroma in the right half of maps, x > 0, without the mirror direction, by angle of incidence.
 
-    Light comes from the side of +x. A row's `share` is the right half's fraction of the disc's chroma, its `mean` the
-    mean chroma of the right half. The chroma near the mirror direction counts as 0. `grows` tells for both whether they
-    increase with the angle.
+    Light comes from the side of +x. `share` is the fraction of the disc's chroma that is in the right half, and `mean`
+    the mean chroma of the right half. The chroma near the mirror direction counts as 0. `grows` tells whether `share`
+    and `mean` increase with the angle.
     """
     rows = []
     for panel in panels:
@@ -251,7 +255,7 @@ def check(made: dict) -> None:
         "Xenopeltis has not converged with 24 and 26 terms": all(
             errors["xenopeltis-procedural"][caption] >= NOTICED_DELTA_E for caption in about_the_base
         ),
-        # `parts` has the number of terms at which each partial sum has converged.
+        # `parts` has the number of terms at which each partial sum (taylor_sums.py) has converged.
         "the four partial sums converge within 3 terms of each other": all(
             max(found["parts"]) - min(found["parts"]) <= 3 for found in made["sums"]
         ),
@@ -268,8 +272,9 @@ def check(made: dict) -> None:
 def check_against_direct_sum(found: Sums, surface: Surface) -> None:
     """Raises SetupError unless the amplitudes of Taylor's series agree with the direct sum in the brightest directions.
 
-    An amplitude P gives f_r = O·4πs²|P|²/λ² (docs/model.md). At normal incidence the obliquity factor O is 1/cos θo.
-    The tolerance is 1e-6 of the largest value, the order of magnitude of the window's tails beyond the summed orders.
+    An amplitude P (taylor_sums.py) gives f_r = O·4πs²|P|²/λ² (docs/model.md). At normal incidence the obliquity factor
+    O is 1/cos θo. The tolerance is 1e-6 of the largest value, about as large as the window's tails beyond the summed
+    orders.
     """
     # The last of `limits` is the converged sum of the whole series.
     power = abs(found.limits[-1]) ** 2

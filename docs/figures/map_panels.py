@@ -1,7 +1,9 @@
 """BRDF maps as panels of a sheet: drawn by `sunbeam brdf-map`, compared with a reference map, and captioned.
 
 A *map* shows the BRDF over outgoing directions for one direction of the light. Its pixels are direction sines (x, y) in
-[−1, 1]², +y up. Those with x² + y² < 1, the disc, are outgoing directions. An *inset* enlarges a rectangle of the map.
+[−1, 1]², +y up. Those with x² + y² < 1, the *disc*, are outgoing directions. A *panel* is a picture on the sheet: a
+drawing, or a map reduced to PANEL pixels a side. An *inset* in a panel enlarges a rectangle of the map. An *exposure*
+is a factor on the map's linear values.
 """
 
 from __future__ import annotations
@@ -23,10 +25,10 @@ from .map_surfaces import Surface
 
 # Side of a panel in pixels, and of a map without an inset.
 PANEL = 168
-# Default factor on the side of a map with an inset. Such factors are odd, so that the centre of each pixel of the panel
-# is the centre of a pixel of the map.
+# Default number of pixels of a map with an inset in each pixel of the panel, along each side. Such numbers are odd, so
+# that the centre of each pixel of the panel is the centre of a pixel of the map.
 FINE = 3
-# Options of the reference for spectra: the method FLSS (docs/realtime.md) with invisible relative errors.
+# Options of the reference for spectra: the method FLSS (docs/realtime.md), with relative errors too small to be seen.
 REFERENCE_SPECTRUM = ("--method", "flss", "--tolerance", 1e-4)
 # Options of the reference map, in wavelength steps of 1 nm.
 REFERENCE = (*REFERENCE_SPECTRUM, "--lambda-step", 1)
@@ -48,7 +50,7 @@ class Box(NamedTuple):
 
 
 class DrawnMap(NamedTuple):
-    """The EXR of a map, with linear values, and the factor on them (exposure) in the PNG beside it."""
+    """The EXR of a map, with linear values, and the exposure of the PNG beside the EXR."""
 
     exr: Path
     exposure: float
@@ -61,17 +63,20 @@ class DrawnMap(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """A map: a surface, the options of a method, and a caption. Light comes from the side of +x, at `theta_i_deg`.
+    """A map of a surface, by the options of a method, and its caption.
 
-    With a `box` the map has `fine` (odd) times the pixels of a panel along each side, and an inset shows the box. The
-    reference map is of the surface, or of `reference_surface` if given. It determines the exposure, unless the factor
-    `exposure` is given. A map that is not `compared` gets no errors. Its reference serves the exposure alone and is at
-    normal incidence, so maps at several angles have one exposure.
+    - `theta_i_deg`: the angle of incidence; light comes from the side of +x.
+    - `box`, `fine`: with a box the map has `fine` (odd) times the pixels of a panel along each side, and an inset shows
+      the box.
+    - `reference_surface`: the surface of the reference map, if it is not the map's own.
+    - `exposure`: the map's exposure, by default that of the reference map.
+    - `compared`: whether the map gets errors. The reference map of one without errors serves the exposure alone. It is
+      at normal incidence, so that maps at several angles have one exposure.
     """
 
     caption: str
     surface: Surface
-    method: tuple
+    options: tuple
     theta_i_deg: float = 0
     box: Box | None = None
     fine: int = FINE
@@ -84,15 +89,15 @@ class Panel:
         """Side of the map in pixels."""
         return PANEL * self.fine if self.box else PANEL
 
-    def words(self) -> tuple:
+    def arguments(self) -> tuple:
         """The arguments of `sunbeam brdf-map` for the map."""
-        return (*self.surface.words, "--theta-i", self.theta_i_deg, "--size", self.size, *self.method)
+        return (*self.surface.arguments, "--theta-i", self.theta_i_deg, "--size", self.size, *self.options)
 
-    def reference_words(self) -> tuple:
+    def reference_arguments(self) -> tuple:
         """The arguments of `sunbeam brdf-map` for the reference map."""
         surface = self.reference_surface or self.surface
         theta_i_deg = self.theta_i_deg if self.compared else 0
-        return (*surface.words, "--theta-i", theta_i_deg, "--size", self.size, *REFERENCE)
+        return (*surface.arguments, "--theta-i", theta_i_deg, "--size", self.size, *REFERENCE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,32 +122,35 @@ class Maps:
 
     def __init__(self, folder: Path):
         self.folder = folder
-        # By arguments and exposure.
+        # Finished maps by arguments and exposure.
         self._drawn: dict[tuple, DrawnMap] = {}
 
-    def drawn(self, words: tuple, exposure: float | None = None) -> DrawnMap:
-        """The map with the arguments `words` of `sunbeam brdf-map`.
+    def drawn(self, arguments: tuple, exposure: float | None = None) -> DrawnMap:
+        """The map with these `arguments` of `sunbeam brdf-map`.
 
-        `exposure` is a factor. By default it clips 1 % of the pixels that are not black.
+        The default exposure clips 1 % of the pixels that are not black.
         """
-        key = (*words, exposure)
+        key = (*arguments, exposure)
         if key not in self._drawn:
             exr = self.folder / f"map-{len(self._drawn)}.exr"
             exposed = () if exposure is None else ("--exposure", exposure)
-            report = json.loads(sunbeam("brdf-map", "-o", exr, "--png", exr.with_suffix(".png"), *words, *exposed))
+            report = json.loads(sunbeam("brdf-map", "-o", exr, "--png", exr.with_suffix(".png"), *arguments, *exposed))
             self._drawn[key] = DrawnMap(exr, report["exposure"])
         return self._drawn[key]
 
     def map_of(self, panel: Panel) -> DrawnMap:
-        """The panel's map. The exposure is the panel's own, or else the reference's."""
-        return self.drawn(panel.words(), panel.exposure or self.reference(panel).exposure)
+        """The panel's map, at the exposure of the panel, or else of the reference map."""
+        return self.drawn(panel.arguments(), panel.exposure or self.reference(panel).exposure)
 
     def reference(self, panel: Panel) -> DrawnMap:
         """The panel's reference map."""
-        return self.drawn(panel.reference_words())
+        return self.drawn(panel.reference_arguments())
 
     def error(self, panel: Panel) -> dict:
-        """CIEDE2000 (mean, 99th percentile) and FLIP over the disc against the reference; mean CIEDE2000 where lit."""
+        """Differences of the panel's map from its reference: CIEDE2000 and FLIP over the disc, and CIEDE2000 where lit.
+
+        `delta_e_p99` is the 99th percentile; the others are means.
+        """
         found = self.compare(panel, disc(panel.size))
         return {
             "delta_e_mean": found["delta_e_2000"]["mean"],
@@ -156,9 +164,9 @@ class Maps:
         return np.asarray(Image.open(self.reference(panel).png).convert("RGB")).max(axis=-1) > 0
 
     def compare(self, panel: Panel, mask: np.ndarray) -> dict:
-        """The report of `sunbeam compare` of the map with its reference where `mask` is true.
+        """The report of `sunbeam compare` on the panel's map and its reference, where `mask` is true.
 
-        Both are compared at the reference's exposure.
+        Both are exposed as the reference.
         """
         reference, compared = self.reference(panel), self.map_of(panel)
         png = self.folder / "mask.png"
@@ -185,7 +193,7 @@ def short(delta_e: float) -> str:
 
 
 def picture_of(panel: Panel, png: Path) -> Image.Image:
-    """The displayed map `png` at the size of a panel, with its inset, and the colour of the paper outside the disc."""
+    """The displayed map `png` at the size of the panel, with its inset; outside the disc it has the sheet's colour."""
     pixels = np.array(Image.open(png).convert("RGB"))
     size = len(pixels)
     pixels[~disc(size)] = PAPER

@@ -1,11 +1,11 @@
-"""Surfaces of the BRDF maps, oriented as in figure 2.2 of Single 2014, a thesis: blazed grating, scans and presets.
+"""Surfaces of the BRDF maps: a blazed grating, and scans of two snakes' skins with the presets that imitate them.
 
-Both skins have *fingers*, long parallel ridges; those of Xenopeltis are in rows, its *layers*. Figure 2.2 has the
-fingers of both skins along y and the layers of Xenopeltis along x. The scans and the Xenopeltis preset are therefore
-turned by 90°.
+Both skins have *fingers*, long parallel ridges; those of Xenopeltis are in rows, the *layers*. Surfaces are oriented as
+in figure 2.2 of M. Single's thesis, Single 2014: fingers of both skins along y, and layers of Xenopeltis along x. The
+scans and the Xenopeltis preset are therefore turned by 90°.
 
-Heights are in µm, indexed [iy, ix] with y = 0 first. The coherence window is centred on pixel (0, 0), with a standard
-deviation of a quarter of the coherence length; the surfaces repeat.
+Heights are in µm, indexed [iy, ix] with y = 0 first. Light interferes within the coherence window, a Gaussian that is
+centred on pixel (0, 0). Its standard deviation is a quarter of the coherence length. The surfaces repeat.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from .heights import height_field
 
 # Species with a scan and a preset.
 SKINS = ("elaphe", "xenopeltis")
-# Edge of `Surfaces.blazed_tile`, and the default coherence length.
+# Edge of `Surfaces.blazed_tile`, and the default coherence length, equal to the plugin's.
 TILE_UM = 65.0
 # Period of the blazed grating, equal to the preset's. A tile has 26 periods.
 PERIOD_UM = 2.5
 # Height of the blazed grating, equal to the preset's.
 HEIGHT_UM = 0.25
-# Pixels of a period of the blazed grating. More make the staircase of its facet finer.
+# Pixels of a period of the blazed grating. With more the facet, which pixels make a staircase, is smoother.
 PIXELS_OF_PERIOD = 40
 
 
@@ -37,11 +37,11 @@ PIXELS_OF_PERIOD = 40
 class Surface:
     """A surface: its name on the page, its heights, the edge of a square pixel, and the coherence length.
 
-    `words` are the arguments of `sunbeam` that select it.
+    `arguments` are those of `sunbeam` that select the surface.
     """
 
     name: str
-    words: tuple
+    arguments: tuple
     pixel_um: float
     heights_um: np.ndarray = field(repr=False)
     coherence_um: float = TILE_UM
@@ -53,8 +53,8 @@ class Surface:
         return columns * self.pixel_um, rows * self.pixel_um
 
     def with_coherence(self, coherence_um: float) -> Surface:
-        """The surface with another coherence length; for presets, since `words` of files state one already."""
-        return replace(self, words=(*self.words, "--coherence-length", coherence_um), coherence_um=coherence_um)
+        """The surface with another coherence length, for presets alone: arguments of files have one already."""
+        return replace(self, arguments=(*self.arguments, "--coherence-length", coherence_um), coherence_um=coherence_um)
 
 
 class Surfaces:
@@ -91,7 +91,7 @@ class Surfaces:
         return [self.written(Surface(f"{name.capitalize()}, scan", (), pixel_um, heights_um, coherence_um))]
 
     def _preset(self, name: str) -> Surface:
-        """The preset of a species; only that of Xenopeltis is turned."""
+        """The preset of a species; that of Xenopeltis is turned."""
         heights_um, pixel_um = read_heights("--preset", name)
         caption = f"{name.capitalize()}, procedural"
         if name == "elaphe":
@@ -99,17 +99,18 @@ class Surfaces:
         return self.written(Surface(caption, (), pixel_um, np.rot90(heights_um, -1)))
 
     def written(self, surface: Surface) -> Surface:
-        """A copy whose heights are written to a new file, with `words` that read it."""
+        """A copy of the surface whose heights are written to a new file, with `arguments` that read this file."""
         file = self.folder / f"surface-{len(list(self.folder.glob('surface-*')))}.npy"
         np.save(file, np.ascontiguousarray(surface.heights_um))
-        words = ("--height-field", file, "--pixel-size", surface.pixel_um, "--level", "none", "--tiling", "periodic")
-        return replace(surface, words=(*words, "--coherence-length", surface.coherence_um))
+        source = ("--height-field", file, "--pixel-size", surface.pixel_um, "--level", "none", "--tiling", "periodic")
+        return replace(surface, arguments=(*source, "--coherence-length", surface.coherence_um))
 
     def about_the_base(self, surface: Surface) -> Surface:
         """The surface with one pixel lowered, so that the middle of the range is the other pixels' lowest height.
 
-        The phase screen's series about the middle of the range is then one about the lowest height, as in Single 2014.
-        The pixel is the farthest from the centre of the coherence window, where the window is negligible.
+        `sunbeam` expands the phase screen about the middle of the range, Single 2014 about the lowest height. For this
+        surface both are the same. The pixel is the farthest from the centre of the coherence window, where the window
+        is negligible.
         """
         # Heights from 0 to H, and one pixel at −H.
         heights_um = surface.heights_um - surface.heights_um.min()
@@ -117,16 +118,19 @@ class Surfaces:
         return self.written(replace(surface, heights_um=heights_um))
 
     def cut(self, surface: Surface, edge_um: float) -> Surface:
-        """The square about pixel (0, 0), with the same pixel (0, 0), as a tile with a coherence length of 65 µm."""
+        """The square with this edge about pixel (0, 0), as a tile with a coherence length of 65 µm.
+
+        Pixel (0, 0) of the surface is pixel (0, 0) of the tile.
+        """
         heights_um = np.roll(square(surface, edge_um), 2 * [-(round(edge_um / surface.pixel_um) // 2)], axis=(0, 1))
         name = f"{surface.name}, {edge_um:g} µm"
         return self.written(replace(surface, name=name, heights_um=heights_um, coherence_um=TILE_UM))
 
 
 def square(surface: Surface, edge_um: float) -> np.ndarray:
-    """Heights of the square about pixel (0, 0), `edge_um` at most the relief's. That pixel is in the square's middle.
+    """Heights of the square with the edge `edge_um` about pixel (0, 0), which is in the middle of the result.
 
-    A relief of one row is constant along y.
+    The edge is at most that of the relief. A relief of one row is constant along y.
     """
     pixels = round(edge_um / surface.pixel_um)
     heights_um = surface.heights_um
@@ -135,20 +139,20 @@ def square(surface: Surface, edge_um: float) -> np.ndarray:
 
 
 @lru_cache
-def read_heights(*words) -> tuple[np.ndarray, float]:
-    """Heights and edge of a square pixel in µm, by `sunbeam height-field` with the arguments `words`.
+def read_heights(*arguments) -> tuple[np.ndarray, float]:
+    """Heights and edge of a square pixel in µm, by `sunbeam height-field` with these `arguments`.
 
     The array is shared by all callers, so they must not change it.
     """
-    heights_um, report = height_field(*words)
+    heights_um, report = height_field(*arguments)
     return heights_um, report["pixel_um"][0]
 
 
 def cut_out(surface: Surface, edge_um: float, bar_um: float | None, pixels: int) -> Image.Image:
-    """A picture of `square`, `pixels` wide and high, +y up.
+    """A picture of the heights of `square`, `pixels` wide and high, +y up.
 
-    Heights are grey, the lowest black; they must not all be equal. A red bar of `bar_um` for scale is in the lower
-    right corner, unless `None`.
+    Heights are grey, the lowest black; they must not all be equal. A red scale bar, `bar_um` long, is in the lower
+    right corner; `None` leaves it out.
     """
     heights_um = square(surface, edge_um)
     grey = np.uint8(np.round(255 * (heights_um - heights_um.min()) / np.ptp(heights_um)))
@@ -156,7 +160,7 @@ def cut_out(surface: Surface, edge_um: float, bar_um: float | None, pixels: int)
     picture = Image.fromarray(np.ascontiguousarray(grey[::-1])).resize((pixels, pixels), Image.Resampling.BILINEAR)
     picture = picture.convert("RGB")
     if bar_um:
-        # Right and upper end of the bar, which is 5 pixels thick: `rectangle` fills both of its ends.
+        # Right and upper end of the bar, which is 5 pixels thick: `rectangle` fills from `top` to `top + 4` inclusive.
         right, top = pixels - 12, pixels - 14
         ImageDraw.Draw(picture).rectangle([right - bar_um / edge_um * pixels, top, right, top + 4], fill=(230, 30, 30))
     return picture

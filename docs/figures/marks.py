@@ -1,7 +1,7 @@
 """Marks on pictures of the snake: boxes, insets, a compass, and a cone that shows the direction of the light.
 
-All functions but `project` draw onto the picture in place. The scene's frame is that of mitsuba_scenes/scene.py: cm, z
-up. In pictures x is to the right, and y down from the top.
+All functions but `project` draw onto the picture in place. Points of the scene are in cm with z up, as in
+mitsuba_scenes/scene.py. Positions in pictures are in pixels, x to the right and y down from the top.
 """
 
 from __future__ import annotations
@@ -16,32 +16,33 @@ from mitsuba_scenes.scene import View
 RED = (225, 30, 30)
 # Magnification of insets.
 ENLARGED = 3
-# Length and base radius of the cone that shows the light's direction.
+# Length and base radius of the cone that shows the light's direction. The sun is in the direction of the base.
 CONE_CM, CONE_RADIUS_CM = 3.0, 0.35
 # Colours of the cone's side, its base and the base's outline, sRGB bytes.
 CONE_SIDE, CONE_BASE, CONE_RIM = (140, 140, 140), (190, 190, 190), (20, 20, 20)
 
 
 def project(view: View, point_cm) -> tuple[float, float]:
-    """Position of a point of the scene in the picture, (x, y) in pixels from the upper left corner.
+    """Position (x, y) in the picture of a point of the scene, in pixels from the upper left corner.
 
-    The point must be in front of the camera, and the view not along z, which is up in the picture.
+    The point must be in front of the camera. The view must not be along z, since z is up in the picture.
     """
     origin = np.array(view.origin_cm, dtype=float)
     forward = np.array(view.target_cm) - origin
     forward /= np.linalg.norm(forward)
     right = np.cross(forward, [0, 0, 1])
     right /= np.linalg.norm(right)
+    # Coordinates of the point in the camera's frame: to the right, up and forward.
     x, y, depth = np.array([right, np.cross(right, forward), forward]) @ (np.array(point_cm) - origin)
-    # The field of view is horizontal, and pixels are square.
+    # Pixels per cm at the point's depth. The field of view is horizontal, and pixels are square.
     scale = 0.5 * view.width / np.tan(np.radians(0.5 * view.fov_deg)) / depth
     return 0.5 * view.width + scale * x, 0.5 * view.height - scale * y
 
 
-def box(picture: Image.Image, share: float) -> None:
-    """Draws a red box about the middle; its sides are the fraction `share`, in (0, 1], of the picture's sides."""
+def box(picture: Image.Image, fraction: float) -> None:
+    """Draws a red box about the middle; its sides are the `fraction`, in (0, 1], of the picture's sides."""
     width, height = picture.size
-    half_x, half_y = 0.5 * share * width, 0.5 * share * height
+    half_x, half_y = 0.5 * fraction * width, 0.5 * fraction * height
     corners = [0.5 * width - half_x, 0.5 * height - half_y, 0.5 * width + half_x, 0.5 * height + half_y]
     ImageDraw.Draw(picture).rectangle(corners, outline=RED, width=2)
 

@@ -36,13 +36,14 @@ def write_part(name: str, figures: dict, docs: Path = DOCS) -> Path:
     """Fills the region of a part from its template, and saves its numbers as `data/NAME.json`; returns the page.
 
     Template and page are read from the repository's documentation; page and data are written to the folder `docs`.
-    Raises ValueError for numbers that JSON lacks (NaN and infinity), and SetupError without a region for the part. Both
-    errors leave the files as they were.
+    Raises ValueError for numbers that JSON lacks (NaN and infinity), and SetupError if no page has a region for the
+    part. Both errors leave the files as they were.
     """
     page, text, region = find_region(name)
     data, written = docs / "data" / f"{name}.json", docs / page.name
     data.parent.mkdir(parents=True, exist_ok=True)
-    # The data are saved first, so that a fault of the template loses no measurement: `--from-data` fills it later.
+    # The data are saved first, so that a fault of the template loses no measurement: after its correction
+    # `--from-data` fills the region.
     data.write_text(json.dumps(figures, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     filled = f"{text[: region.start(1)]}{render(name, figures)}{text[region.end(1) :]}"
     written.write_text(filled, encoding="utf-8")
@@ -52,8 +53,8 @@ def write_part(name: str, figures: dict, docs: Path = DOCS) -> Path:
 def render(name: str, figures: dict) -> str:
     """The part's Markdown with filled paragraphs, no blank lines at its ends and one line break after it.
 
-    Templates see the keys of `figures` as variables, and `card`, the measurements on a graphics card, which are not
-    part of the data. A variable that is missing raises jinja2's UndefinedError.
+    Templates see the keys of `figures` as variables, and `card`, the measurements on a graphics card, which come from
+    another file (card.py). A variable that is missing raises jinja2's UndefinedError.
     """
     environment = Environment(
         loader=FileSystemLoader(DOCS / "templates"),
@@ -90,9 +91,9 @@ def named(surface: str) -> str:
 
 
 def scans_first(rows: Iterable, key: str | None = None) -> list:
-    """The rows with scans first and otherwise in their order; a scan has "scan" in its name.
+    """The rows with those of scans first, otherwise in the given order; a scan has "scan" in its name.
 
-    A row's name is its value under `key`; without `key` it is the row itself if it is a string, else its first item.
+    A row's name is its value under `key`. Without `key` it is the row itself if that is a string, else its first item.
     """
 
     def name(row) -> str:

@@ -1,13 +1,16 @@
-"""Part `periodicity` of the documentation (page.py): spacings from peak angles, as in Single 2014, a thesis.
+"""Part `periodicity` of the documentation (page.py): spacings of gratings and skins from their peak angles.
 
-It has the thesis' table 1.1 and figures 1.8 to 1.10. The angle of the brightest light at each wavelength gives a
-spacing (spacing.py). The page lists mean and variance of the spacing over the wavelengths. A *preset* is a procedural
-relief of `sunbeam`, a *scan* a measured one, and a *strip* a part of a scan. A *tile* is a relief that repeats. Skins
-count among the *gratings*, since they are periodic along x.
+Single 2014 is a thesis by M. Single (docs/model.md#sources). This part repeats its table 1.1 and figures 1.8 to 1.10.
+The angle of the brightest light at each wavelength gives a spacing (spacing.py). The page lists mean and variance of
+the spacing over the wavelengths.
 
-Presets are evaluated by Single 2014's methods FLSS, NMM and PQ (docs/realtime.md), which need a tile. Scans are
-evaluated by the direct sum, which needs none. A *ridge* is a group of wavelengths whose spacings agree. Single 2014's
-values are `theirs`. `inside` states whether such a value is within the range of the scans' strips.
+- *Preset*: a procedural relief of `sunbeam`. *Scan*: a measured relief. *Strip*: a part of a scan.
+- *Tile*: a relief that repeats.
+- *Grating*: any of the reliefs. Skins count as gratings, since they are periodic along x.
+- *Ridge*: a group of wavelengths whose spacings agree.
+- FLSS, NMM, PQ: Single 2014's methods (docs/realtime.md), which need a tile. Presets are evaluated by them, scans by
+  the direct sum, which needs no tile.
+- `theirs`: values of Single 2014. `inside`: whether such a value is within the range of the scans' strips.
 """
 
 from __future__ import annotations
@@ -58,7 +61,7 @@ SCAN_ANGLES_DEG = {"elaphe": (-42, -10), "xenopeltis": (-52, -22)}
 SCAN_BETWEEN_NM = {"elaphe": (900, 1450), "xenopeltis": (1250, 1950)}
 # Period of the preset `blazed`.
 BLAZED_NM = 2500
-# Pixels of one period of the preset `blazed`. More make the staircase of its facet finer.
+# Pixels of one period of the preset `blazed`. With more the facet, which pixels make a staircase, is smoother.
 BLAZED_PIXELS = 1024
 # Height of the preset `blazed`.
 BLAZED_HEIGHT_UM = 0.25
@@ -66,17 +69,17 @@ BLAZED_HEIGHT_UM = 0.25
 BLAZED_PERIODS = 26
 # Edge of the tile of the preset `elaphe`: 57 periods, whose length is Single 2014's mean spacing.
 ELAPHE_TILE_UM = 57 * 1.14426
-# Numbers of repeats of the tile along x for PQ, by grating. The last number of `blazed` is BLAZED_PERIODS.
-REPEATS = {"blazed": (2, 3, 5, 10, 26), "elaphe": (1, 2, 3, 5, 10)}
+# Numbers of repeats of the tile along x for PQ, by grating.
+REPEATS = {"blazed": (2, 3, 5, 10, BLAZED_PERIODS), "elaphe": (1, 2, 3, 5, 10)}
 # Approximate edge of the sub-regions of `xenopeltis`, squares of slightly different period: two along each axis.
 REGION_SIZE_UM = 33
-# Relative spread of the sub-regions' spatial frequencies, to either side. At this value each of the two ridges is the
-# brighter one at some wavelengths.
+# Relative spread of the sub-regions' spatial frequencies about the preset's, to either side. At this value each of the
+# two ridges is the brighter one at some wavelengths.
 REGION_SPREAD = 0.038
 # Names of the properties of reliefs in the page's text.
 NAMES = {"rms_um": "rms height", "slope_x": "rms slope along x", "slope_y": "rms slope along y"}
-# Smallest distance of two separate ridges, and largest range of spacings within a ridge: about a third of the distance
-# that REGION_SPREAD makes.
+# Smallest distance between two separate ridges, and largest range of spacings within a ridge. REGION_SPREAD puts the
+# ridges about three times as far apart.
 APART_NM = 40
 
 
@@ -90,7 +93,7 @@ def figures() -> dict:
         scratch = Path(temporary)
         measured = {skin: measured_skin(skin, scratch) for skin in SKINS} if scans_present() else {}
         reliefs = {skin: Relief(skin, ("--preset", skin), ANGLES_DEG[skin]) for skin in SKINS}
-        # The preset `blazed` is a single period, Single 2014's tile has several.
+        # The preset `blazed` is a single period, Single 2014's tile has BLAZED_PERIODS.
         reliefs["blazed"] = Relief("blazed", write_blazed(scratch), ANGLES_DEG["blazed"], BLAZED_NM)
         found = {}
         for grating, method in THEIRS:
@@ -118,17 +121,18 @@ def figures() -> dict:
 
 def write_blazed(folder: Path) -> tuple:
     """Writes the preset `blazed` as Single 2014's tile of 65 µm to `folder`; returns the arguments that read it."""
+    # Heights of one period in µm, at the pixels' centres.
     tooth = (np.arange(BLAZED_PIXELS) + 0.5) / BLAZED_PIXELS * BLAZED_HEIGHT_UM
     pixel_um = BLAZED_NM / 1000 / BLAZED_PIXELS
-    words = write_heights(np.tile(tooth, BLAZED_PERIODS)[None, :], pixel_um, folder / "blazed.npy")
-    return (*words, "--level", "none", "--tiling", "periodic")
+    arguments = write_heights(np.tile(tooth, BLAZED_PERIODS)[None, :], pixel_um, folder / "blazed.npy")
+    return (*arguments, "--level", "none", "--tiling", "periodic")
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Evaluations of a scan and of its strips, and of both turned by 180°, which lights them from the other side.
+    """Evaluations of a scan and of its strips, as they are and turned by 180°.
 
-    `relief` is the whole scan, for evaluations by other methods.
+    Light reaches a turned scan from the other side. `relief` is the whole scan, for evaluations by other methods.
     """
 
     relief: Relief
@@ -148,8 +152,9 @@ def measured_skin(skin: str, folder: Path) -> Measured:
     heights_um, pixel_um = scan(skin)
 
     def relief(name: str, part_um: np.ndarray) -> Relief:
-        words = write_heights(part_um, pixel_um, folder / f"{skin}-{name}.npy")
-        return Relief(skin, words, SCAN_ANGLES_DEG[skin], between_nm=SCAN_BETWEEN_NM[skin])
+        """Writes the scan or a part of it to a file of this name; returns its relief."""
+        arguments = write_heights(part_um, pixel_um, folder / f"{skin}-{name}.npy")
+        return Relief(skin, arguments, SCAN_ANGLES_DEG[skin], between_nm=SCAN_BETWEEN_NM[skin])
 
     # An evaluation reads its file before it returns, so the next part may overwrite the file.
     def evaluated(part_um: np.ndarray) -> Evaluation:
@@ -175,7 +180,10 @@ def repeated_scan(measured: dict[str, Measured]) -> dict[str, Evaluation]:
 
 
 def scan_row(skin: str, of_skin: Measured) -> dict:
-    """The scan's spacing from either side, the spacings of its strips, and their extremes `low_nm` and `high_nm`."""
+    """The scan's spacing in light from either side, those of its strips, and the extremes of the strips' spacings.
+
+    The extremes are `low_nm` and `high_nm`.
+    """
     means_nm = of_skin.strips_nm
     theirs_nm = THEIRS[skin, "flss"][0]
     return {
@@ -193,9 +201,9 @@ def scan_row(skin: str, of_skin: Measured) -> dict:
 
 
 def ratio(measured: dict) -> dict:
-    """The period of *Xenopeltis* over that of *Elaphe*: of the scans from either side, and in Single 2014.
+    """The spacing of *Xenopeltis* over that of *Elaphe*: of the scans, of the turned scans, and in Single 2014.
 
-    `low` and `high` are the extremes of the ratio of strips.
+    `low` and `high` are the extremes of the ratio over pairs of the species' strips.
     """
     xenopeltis, elaphe = measured["xenopeltis"], measured["elaphe"]
     theirs = THEIRS["xenopeltis", "flss"][0] / THEIRS["elaphe", "flss"][0]
@@ -225,13 +233,15 @@ def preset_row(grating: str, method: str, found: Evaluation) -> dict:
 
 
 def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
-    """Spacings by PQ of the preset `blazed`, whose tile is one period, or `elaphe`, for several repeats of the tile.
+    """Spacings by PQ of the preset `blazed` or `elaphe`, a row for each number of repeats of the tile.
 
-    A row's `coherent_um` is the length of the repeated tile. Its `order` is the length of one tile over the mean
-    spacing: a whole number if the peak is on an order of the tile. `nearest` is the number of repeats whose variance is
-    nearest to Single 2014's, on a logarithmic scale. Raises SetupError unless one tile of `elaphe` peaks midway between
-    orders, to a tenth of an order, as the page says.
+    - `coherent_um`: the length of the repeated tile.
+    - `order`: the length of one tile over the mean spacing, a whole number if the peak is on an order of the tile.
+    - `nearest`: the number of repeats whose variance is nearest to Single 2014's, on a logarithmic scale.
+
+    Raises SetupError unless one tile of `elaphe` peaks midway between orders, to a tenth of an order, as the page says.
     """
+    # The tile of the preset `blazed` is one period.
     blazed = relief.name == "blazed"
     tile = Relief(relief.name, ("--preset", relief.name), relief.angles_deg)
     extent_um = BLAZED_NM / 1000 if blazed else ELAPHE_TILE_UM
@@ -247,13 +257,15 @@ def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
 
 
 def relief_sizes() -> dict:
-    """The rows of `size_rows`, and for rms heights and slopes the largest relative difference and the outliers' names.
+    """Sizes of the scans against crops of their presets, as the rows of `size_rows` (skin_scans.py).
 
-    The crops are parts of the preset's tile with the size of the scan. An outlier is a scan beyond their quantiles.
-    Raises SetupError if one is below them, since the page says that such scans are rougher than the presets.
+    - `worst_size`: the largest relative difference between a scan and the mean of the crops, in rms height or slope.
+    - `outside`: names of the rms heights and slopes of scans beyond the crops' quantiles.
+
+    Raises SetupError if such a size is below the quantiles, since the page says that these scans are rougher.
     """
     rows = size_rows()
-    # `size_rows` also has peaks to valley, which the page compares with those of whole tiles instead.
+    # `size_rows` also has peaks to valley. The page compares them with those of whole tiles of the presets.
     compared = [row for row in rows if row["what"] != "peak_to_valley_um"]
     outliers = [row for row in compared if not row["low"] <= row["scan"] <= row["high"]]
     if any(row["scan"] < row["low"] for row in outliers):
@@ -268,8 +280,9 @@ def relief_sizes() -> dict:
 def pictures(folder: Path, measured: dict, repeated: dict, reliefs: dict, found: dict) -> None:
     """Writes figures 1.8, 1.9 and 1.10.
 
-    `measured` has the scans by skin, and `repeated` the scan of *Elaphe* as a tile by method. `found` has evaluations
-    of `reliefs`, whose keys are gratings, by grating and method. Without scans `measured` and `repeated` are empty.
+    `measured` has the scans by skin, and `repeated` the evaluations of the scan of *Elaphe* as a tile, by method.
+    `reliefs` has presets by the grating's name, and `found` their evaluations by grating and method. Without scans
+    `measured` and `repeated` are empty.
     """
     blazed = ("(a) blazed, FLSS", reliefs["blazed"], found["blazed", "flss"])
     scanned, procedural = [], []
@@ -291,9 +304,10 @@ def pictures(folder: Path, measured: dict, repeated: dict, reliefs: dict, found:
 
 
 def sub_regions(folder: Path, measured: dict, plain: Evaluation) -> dict:
-    """The two ridges of *Xenopeltis* with sub-regions; draws its spacings beside those of strips of the scan.
+    """The two ridges of the preset `xenopeltis` with sub-regions; draws its spacings beside those of the scan's strips.
 
-    `plain` is the evaluation without sub-regions. The result has
+    Sub-regions are squares of slightly different period (REGION_SIZE_UM). `plain` is the evaluation without them. The
+    result has
 
     - `lower_nm`, `upper_nm`: the ridges' mean spacings;
     - `share_lower`: the fraction of the wavelengths on the lower ridge;
@@ -303,10 +317,10 @@ def sub_regions(folder: Path, measured: dict, plain: Evaluation) -> dict:
 
     Raises SetupError if there are no two separate ridges.
     """
-    words = ("--preset", "xenopeltis", "--region-size", REGION_SIZE_UM, "--region-spread", REGION_SPREAD)
-    found = evaluate(Relief("xenopeltis", words, ANGLES_DEG["xenopeltis"]), "--method", "flss")
+    arguments = ("--preset", "xenopeltis", "--region-size", REGION_SIZE_UM, "--region-spread", REGION_SPREAD)
+    found = evaluate(Relief("xenopeltis", arguments, ANGLES_DEG["xenopeltis"]), "--method", "flss")
     spacings_nm = found.spacings_nm
-    # The limit between the ridges: spacings below it belong to the lower one.
+    # Spacings below this limit belong to the lower ridge.
     middle_nm = (spacings_nm.min() + spacings_nm.max()) / 2
     lower_nm, upper_nm = spacings_nm[spacings_nm < middle_nm], spacings_nm[spacings_nm >= middle_nm]
     # Equal spacings leave the lower ridge empty.

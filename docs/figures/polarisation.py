@@ -1,9 +1,9 @@
 """Part `polarisation` of the documentation (page.py): degree of linear polarisation in pictures of gratings.
 
-The degree is √(Q² + U²)/I by the Stokes components. A disc of aluminium, and spheres of aluminium and glass,
-are path-traced in a polarised variant of Mitsuba. The plugin's `theory` is scalar, with the polarisation of a flat
-interface, or rigorous, by Maxwell's equations. Lengths of the scenes are in cm, z is up. Places and radiances of lights
-are chosen by eye.
+The degree is √(Q² + U²)/I by the Stokes components I, Q and U. Compact discs of aluminium, and spheres of aluminium and
+glass, are path-traced in a polarised variant of Mitsuba. The plugin's parameter `theory` is `scalar`, with the
+polarisation of a flat interface, or `rigorous`, Maxwell's equations. Lengths of the scenes are in cm, z is up. Places
+and radiances of lights are chosen by eye.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PART = "polarisation"
 VARIANT = "scalar_spectral_polarized"
 # Width and height of the pictures in pixels.
 SIZE = (144, 96)
-# Samples per pixel. A larger number lowers the noise, which raises the degree of polarisation.
+# Samples per pixel. Noise raises the degree of polarisation; a larger number lowers the noise and takes longer.
 SPP = 144
 # Largest number of segments of a path: from the camera to the object, on to the floor, and to a light.
 MAX_DEPTH = 3
@@ -40,8 +40,8 @@ GLASS = {"eta": 1.5}
 DARK_FLOOR = (0.05, 0.05, 0.05)
 # The relief of a compact disc.
 TRACKS = {"preset": "cd"}
-# Parameters of grooves with the period and depth of a disc's tracks, in µm. They are constant along y, as
-# `theory = rigorous` requires; a disc's pits are not.
+# Parameters of grooves with the period and depth of a disc's tracks, in µm. Grooves are constant along y, as
+# `theory = rigorous` requires; the pits of TRACKS are not.
 GROOVES = {"preset": "lamellar", "period": 1.6, "height": 0.12}
 # Values of the plugin's parameter `theory`.
 THEORIES = ("scalar", "rigorous")
@@ -50,8 +50,8 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 # Luminance, relative to the picture's median, below which pixels are excluded. A larger value hides more of the
 # picture, a smaller one shows noise.
 DARK = 0.02
-# Quantile of the degree of polarisation that is reported as its largest value, so that single noisy pixels do not
-# count.
+# Quantile of the degree of polarisation over the pixels that is reported as the largest degree, so that single noisy
+# pixels do not count.
 LARGEST = 0.99
 # Smallest accepted ratio of largest degrees where the page says that one surface polarises more than another.
 MORE = 1.5
@@ -87,12 +87,12 @@ def disc(relief: dict, ply) -> dict:
 def stokes(parts: dict, view: View) -> np.ndarray:
     """Stokes components I, Q, U, V of a picture in linear sRGB, (rows, columns, component, channel)."""
     sensor = view.sensor(SPP)
-    # The page's pictures and numbers are of this sampler, not of the view's `multijitter`.
+    # The page's pictures and numbers are made with this sampler, not with the view's `multijitter`.
     sensor["sampler"] = {"type": "independent", "sample_count": SPP}
     integrator = {"type": "stokes", "nested": {"type": "path", "max_depth": MAX_DEPTH}}
     scene = mi.load_dict({"type": "scene", "integrator": integrator, "sensor": sensor, **parts})
     image = np.array(mi.render(scene, spp=SPP, seed=1))
-    # The first three channels are the picture itself; those of the components follow.
+    # The first three channels are the picture itself; three channels for each component follow.
     return image[..., 3:].reshape(*image.shape[:2], 4, 3)
 
 
@@ -155,7 +155,7 @@ def draw(path, pictures: list) -> None:
     for (above, below), (name, picture) in zip(pairs, pictures):
         above.imshow(tone_mapped(picture[:, :, 0], exposure_stops=0.0))
         above.set_title(name)
-        # The scale ends at the next tenth.
+        # The scale ends at the next tenth above the largest degree.
         top = np.ceil(10 * largest_degree(picture)) / 10
         drawn = below.imshow(linear_degree(picture), vmin=0, vmax=top, cmap="magma")
         figure.colorbar(drawn, ax=below, orientation="horizontal", label="degree of linear polarisation", shrink=0.8)

@@ -1,10 +1,12 @@
-"""Part `published-figures` of the documentation (page.py): checked numbers for each figure of Single 2014, a thesis.
+"""Part `published-figures` of the documentation (page.py): a checked number for each figure of Single 2014.
 
-The parts `slits`, `films`, `periodicity`, `brdf-maps`, `renderings`, `renderings-methods` and `lab` measure the
-numbers; this part formats them. Keys of dictionaries are the numbers of the figures and tables. Values are text
-for the column *checked* of the page. The page itself has the text of figures without a measured number.
+Single 2014 is M. Single's thesis (docs/model.md#sources). The parts `slits`, `films`, `periodicity`, `brdf-maps`,
+`renderings`, `renderings-methods` and `lab` measure the numbers; this part formats them. Keys of dictionaries are the
+numbers of the thesis' figures and tables, as text. Values are text for the column *checked* of the page. The page's
+template has the text of figures without a measured number.
 
-FLSS, NMM and PQ are methods of the thesis, and Stam's is an older one (docs/glossary.md). ΔE is a colour difference.
+FLSS, NMM and PQ are methods of the thesis, and Stam's is an older one (docs/glossary.md). ΔE is the colour difference
+CIEDE2000. A map's pixel is *lit* where the reference map is not black.
 """
 
 from __future__ import annotations
@@ -40,7 +42,7 @@ def gratings() -> dict[str, str]:
     """Figures 1.1 and 1.2: the spectrometer. 1.4 and 1.5: N slits. 1.3, 1.6 and 1.7 are drawings without data."""
     slits, films = data("slits"), data("films")
     fifty = first_row(slits["rows"], count=50)
-    # Deviations in cm become mm with two decimals. The bound of 1e-3 cm keeps a smaller one from being printed as 0.
+    # Deviations in cm become mm with two decimals. The bound of 1e-3 cm keeps small deviations from being printed as 0.
     return {
         "1.1": f"{len(films['lines'])} lines within {10 * max(films['off_cm'], 1e-3):.2f} mm of the grating equation, "
         f"{films['screen_cm']:g} cm from the film",
@@ -52,7 +54,7 @@ def gratings() -> dict[str, str]:
 
 
 def spacings() -> dict[str, str]:
-    """Figures 1.8 to 1.10 and table 1.1: measured mean and variance of the spacing in nm and nm², and the thesis'."""
+    """Figures 1.8 to 1.10 and table 1.1: mean and variance of the spacing in nm and nm², measured and in the thesis."""
     periodicity = data("periodicity")
 
     def compared(grating: str, method: str) -> str:
@@ -71,7 +73,7 @@ def spacings() -> dict[str, str]:
         "1.9": line("nmm", "blazed", "elaphe"),
         "1.10": line("pq", "blazed", "elaphe"),
     }
-    # Ratio of the spacings of two species, `None` without scans. `turned`: of the scans turned by 180°.
+    # Ratio of the spacings of both species, `None` without scans. `turned` is that of the scans turned by 180°.
     ratio = periodicity["ratio"]
     if ratio:
         found["table 1.1"] = (
@@ -87,7 +89,7 @@ def maps() -> dict[str, str]:
     """Figures 2.3 to 2.13: BRDF maps."""
     data_of_maps = data("brdf-maps")
     sheets, spot, spread = data_of_maps["sheets"], data_of_maps["white_spot"], data_of_maps["spread"]
-    # Smallest step between the integrated wavelengths at which ΔE reaches 1, by surface.
+    # Smallest step between the summed wavelengths at which ΔE reaches 1, by surface.
     first_seen = {name: f"{step['first_seen']} nm" for name, step in data_of_maps["steps"].items()}
     elaphe = " and ".join(f"{first_seen[skin['key']]} ({skin['name']})" for skin in data_of_maps["skins"]["elaphe"])
 
@@ -103,10 +105,10 @@ def maps() -> dict[str, str]:
             if name.startswith(surfaces)
         )
 
-    # The row of the smallest width σs of the coherence window, at which orders overlap. `window` is the response
-    # between two orders over the weaker one's, with σs as the coherence length.
+    # The row of the smallest width σs of the coherence window, at which orders overlap. `window` is the smallest
+    # response between two orders over that of the weaker order, with σs as the coherence length.
     overlapping = data_of_maps["valleys"][0]
-    # Percentages of the chroma by skin, one for each angle of incidence.
+    # Percentages of a map's chroma in the right half, by skin and one for each angle of incidence.
     right = {
         name: " ".join(f"{100 * row['share']:.0f}" for row in side["rows"])
         for name, side in data_of_maps["right_side"].items()
@@ -151,7 +153,7 @@ def other_methods() -> dict[str, str]:
     methods, lab = data("renderings-methods"), data("lab")
     # Rms distance of a surface's lines of constant phase from straight ones.
     wander = {row["title"]: row["wander_nm"] for row in methods["cut_outs"]}
-    # GPU Gems' form at three spacings: the first is the tracks' own, the last is fitted.
+    # GPU Gems' form of Stam's shader at three spacings: the first is the tracks' own, the last is fitted.
     gems = methods["disc"]["gems"]
     blazed = first_row(methods["symmetry"], title="Blazed")
     # The first row of each method, that of the scan if present.

@@ -1,7 +1,7 @@
 """Random evaluations of the plugin in Mitsuba, whose values must be finite and not negative.
 
-A *question* is a pair of directions and a wavelength, for which a random surface's BSDF and sampling density are
-evaluated by Dr.Jit's kernels, in single precision. The counterpart for the Rust core, in double precision, is
+A *question* is a pair of directions and a wavelength. Dr.Jit's kernels evaluate a random surface's BSDF and sampling
+density for it, in single precision. The counterpart for the Rust core, in double precision, is
 crates/cli/src/benchmarks/stability/random_queries.rs.
 """
 
@@ -20,11 +20,11 @@ from mitsuba_scenes.environment import use_variant
 VARIANT = "llvm_ad_spectral"
 # Number of wavelengths that the variant evaluates for one pair of directions.
 CARRIED = 4
-# Reflectance in 1/sr below which reciprocity is not tested. Smaller ones have large relative errors in single
+# Reflectance in 1/sr below which reciprocity is not tested. Smaller reflectances have large relative errors in single
 # precision.
 RECIPROCITY_FLOOR = 1e-6
-# Largest range of heights 2H, as in Rust: at 360 nm and the largest phase rate κ = 4π/λ, the phase κH is 200, so that
-# 2H = 400 λ/(4π).
+# Largest range of heights 2H, as in the Rust counterpart. At the shortest wavelength λ, 360 nm, and the largest phase
+# rate κ = 4π/λ, the phase κH is then 200, so 2H = 400 λ/(4π).
 DEEPEST_UM = 400 * 0.36 / (4 * np.pi)
 
 
@@ -80,8 +80,8 @@ def directions(random: np.random.Generator, count: int) -> np.ndarray:
 def questions(count: int, surfaces: int, seed: int = 1) -> dict:
     """Evaluates `count` questions, rounded up to equal numbers for each of `surfaces` random surfaces.
 
-    Returns the number of questions, `asked`, and the results of `one_surface` over all surfaces: sums of the counts,
-    and the largest `reciprocity`.
+    Returns the number of questions, `asked`, and the results of `one_surface` for all surfaces together: sums of the
+    counts, and the largest `reciprocity`.
     """
     use_variant(VARIANT, fall_back=False)
     random = np.random.default_rng(seed)
@@ -100,9 +100,12 @@ def questions(count: int, surfaces: int, seed: int = 1) -> dict:
 def one_surface(bsdf: mi.BSDF, random: np.random.Generator, count: int) -> dict:
     """Evaluates `count` pairs of directions, each at CARRIED wavelengths, on one surface.
 
-    About half of the outgoing directions are sampled from the surface, the others are random. Returns the numbers of
-    samples with a density other than 0, of values not finite, of negative values, and of densities that are 0.
-    `reciprocity` is the largest relative difference of the reflectance when the directions are exchanged.
+    About half of the outgoing directions are sampled from the BSDF, the others are random. The result has
+
+    - `samples`, `without_density`: the numbers of samples with a density other than 0, and of evaluated densities that
+      are 0.
+    - `not_finite`, `negative`: the numbers of such values and densities.
+    - `reciprocity`: the largest relative difference of the reflectance when the directions are exchanged.
     """
     ctx = mi.BSDFContext()
     nm = random.uniform(360, 830, (CARRIED, count)).astype(np.float32)

@@ -1,7 +1,8 @@
 """Part `realtime` of the documentation (page.py): shading times of the realtime methods, and the stages of a frame.
 
-`sunbeam render` measures the times. A *stage* is a step of a frame (`StageTimes` of crates/realtime/src/renderer.rs),
-such as the shading. Shading alone is timed for each method and surface, a whole frame for the default method.
+`sunbeam render` measures the times. A *frame* is one picture of the snake. A *stage* is a step of a frame (`StageTimes`
+of crates/realtime/src/renderer.rs), such as the shading. Shading alone is timed for each method and surface, a whole
+frame for the default method. A *lit* pixel shows the mesh in sunlight.
 """
 
 from __future__ import annotations
@@ -32,17 +33,18 @@ REPEATS = 25
 # Factor on the cells of the snake's default mesh along each direction, for the finer mesh.
 FINE_RESOLUTION = 4
 # Shading times in ms of one frame by the method `table` and by three experimental shaders, which are not in the
-# repository. They are constants from a single measurement and show that reads of the table dominate. The experiments
-# replaced the reads by constants, read from a texture, or read four words at a time.
+# repository. The times are from a single measurement, and show that reads of the table dominate. One experiment
+# replaced the reads by constants, one read from a texture, and one read four machine words at a time.
 TRIED_MS = {"as it is": 9.1, "constants": 3.5, "texture": 10.6, "four words at a time": 11.5}
 
 
 def figures() -> dict:
     """All numbers of the part: measured by `sunbeam render`, except for TRIED_MS.
 
-    `shading` has the results of `shaded` by surface and method, on the default mesh. `flss_over_table` are ratios of
-    shading times. `frames` has the results of `frame` on the default and on the finer mesh. Sizes are in pixels, as
-    text: width and height.
+    - `shading`: the results of `shaded` by surface and method, on the default mesh.
+    - `flss_over_table`: by surface, the shading time of FLSS over that of the table.
+    - `frames`: the results of `frame` on the default and on the finer mesh.
+    - `size`, `frame_size`: width and height in pixels, as text.
     """
     with TemporaryDirectory() as scratch:
         folder = Path(scratch)
@@ -50,8 +52,8 @@ def figures() -> dict:
         sunbeam("snake", "-o", coarse)
         sunbeam("snake", "-o", fine, "--resolution", FINE_RESOLUTION)
         shading = {
-            name: {method: shaded(folder, coarse, words, method) for method in METHODS}
-            for name, words in surfaces().items()
+            name: {method: shaded(folder, coarse, arguments, method) for method in METHODS}
+            for name, arguments in surfaces().items()
         }
         frames = [frame(folder, mesh) for mesh in (coarse, fine)]
     return {
@@ -79,9 +81,9 @@ def surfaces() -> dict[str, tuple]:
     return scans | {preset: ("--preset", preset) for preset in PRESETS}
 
 
-def render(folder: Path, *words) -> dict:
-    """The report of `sunbeam render` with the arguments `words`; the picture goes into `folder`."""
-    return json.loads(sunbeam("render", "-o", folder / "picture.exr", *words))
+def render(folder: Path, *arguments) -> dict:
+    """The report of `sunbeam render` with these `arguments`; the picture goes into `folder`."""
+    return json.loads(sunbeam("render", "-o", folder / "picture.exr", *arguments))
 
 
 def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:

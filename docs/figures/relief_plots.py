@@ -1,4 +1,7 @@
-"""Plots of a relief and of the terms of its phase screen's Taylor series (docs/model.md#the-two-expansions)."""
+"""Plots of a relief and of the terms of its phase screen's Taylor series (docs/model.md#the-two-expansions).
+
+Term n is proportional to the discrete Fourier transform (DFT) of the n-th power of the heights. λ is the wavelength.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from mitsuba_scenes.crosscheck.realtime import surface_words
 
 from .heights import height_field
 
-# Largest shown spatial frequency in cycles per µm: 2/λ at 380 nm, rounded up, the largest that diffracts visible light.
+# Largest shown spatial frequency in cycles per µm, the largest that diffracts visible light: 2/λ at 380 nm, rounded up.
 REACH_PER_UM = 5.3
 # Range of a term's colour scale in powers of ten. A larger one shows fainter orders.
 DECADES = 5
@@ -37,7 +40,7 @@ def relief(skin: dict) -> Relief:
 
 
 def term(skin: dict, n: int) -> np.ndarray:
-    """|DFT((h/H)ⁿ)| divided by the number of pixels; h is the height above the middle of its range, H half the range.
+    """|DFT((h/H)ⁿ)| over the number of pixels; h is the height above the middle of its range, H half the range.
 
     Rows are orders along y and columns orders along x, in ascending order; order 0 has the index size//2.
     """
@@ -45,7 +48,10 @@ def term(skin: dict, n: int) -> np.ndarray:
 
 
 def show_relief(axes: plt.Axes, shown: Relief, title: str) -> None:
-    """Draws the heights above the lowest shown point in grey. A large relief is cut to the corner at x = y = 0."""
+    """Draws the heights above the lowest shown point in grey.
+
+    Of a relief larger than SHOWN_UM the corner at x = y = 0 is shown.
+    """
     rows, columns = shown.heights_um.shape
     x_um, y_um = (min(extent_um, SHOWN_UM) for extent_um in shown.extent_um)
     part = shown.heights_um[: round(rows * y_um / shown.extent_um[1]), : round(columns * x_um / shown.extent_um[0])]

@@ -1,8 +1,10 @@
-"""Part `renderings` of the documentation (page.py): figures 2.14 to 2.18 of Single 2014, a thesis.
+"""Part `renderings` of the documentation (page.py): figures 2.14 to 2.18 of M. Single's thesis, called Single 2014.
 
-The figures are drawn by the method FLSS (docs/realtime.md) on the GPU, and path-traced in Mitsuba. Each figure has a
-function that draws its sheet of pictures (studio.py) and returns its numbers. They show the snake with a scanned skin,
-the procedural preset that imitates it, or a blazed grating. A *shot* describes one picture. Chromas are CIELAB's.
+Each figure is drawn by the thesis' method FLSS (docs/realtime.md) on the GPU, and path-traced in Mitsuba. Pictures show
+the snake with a scanned skin, the procedural preset that imitates it, or a blazed grating. A *shot* describes one
+picture (studio.py). A function for each figure draws a *sheet*, one picture file with several shots, and returns the
+figure's numbers. Chromas are CIELAB's. The diffracted light is added to that of the *pigment*, the skin's diffuse
+colour.
 """
 
 from __future__ import annotations
@@ -42,32 +44,32 @@ PART = "renderings"
 SUPERSAMPLE = 1
 # View of the snake; width and height in pixels.
 VIEW = View(300, 200)
-# Default factor on the cells of the snake's mesh along each direction (mitsuba_scenes/snake.py). The page states the
-# number of its faces; the pictures of the page have RESOLUTION.
+# Factor on the cells of the snake's mesh along each direction, the default of mitsuba_scenes/snake.py. The page's
+# pictures have a coarser mesh, of RESOLUTION; the page states the numbers of faces of both.
 DEFAULT_RESOLUTION = 4.0
-# Parameters of the plugin for a scan under FLSS, which needs a relief that repeats. A window as wide as the scan
-# (in µm) suppresses interference between repeats.
+# Parameters of the plugin for a scan under FLSS, which needs a relief that repeats. A coherence length equal to the
+# scan's edge of 6.5 µm suppresses interference between repeats.
 SCAN_WINDOW = {"tiling": "periodic", "coherence_length": 6.5}
 # Figure 2.15: factor on the light of the pigment, which turns its near black into brown. A larger one hides more of the
 # diffraction's colour.
 PIGMENT_BRIGHTER = 10
-# Figure 2.17: the widest field of view.
+# Figure 2.17: the field of view of the first picture, the widest.
 WIDEST_DEG = 30.0
-# Figure 2.17: the magnification of each picture relative to the previous one.
+# Figure 2.17: the magnification of each picture relative to the one before.
 CLOSER = 5
 # Figure 2.17: the number of pictures.
 ZOOMS = 3
 # Figure 2.17: the point in the middle of the pictures, a place on the snake's back.
 ZOOM_TARGET_CM = (-0.462, -0.476, 2.018)
-# Figure 2.18: directions in which light travels, from its captions. The first is printed as (−3.3130, 0, −0.9999),
-# which is no unit vector. x falls by 0.19 from the second to the third, which extrapolates to about 0 for the first.
+# Figure 2.18: directions in which light travels, from the figure's captions. The first one of SOUTH_TO_NORTH is printed
+# as (−3.3130, 0, −0.9999), which is no unit vector. Its x is taken as 0: x falls by 0.19 from the second to the third.
 SOUTH_TO_NORTH = ((0.0, 0.0, -0.9999), (-0.1989, 0.0, -0.9799), (-0.3897, 0.0, -0.9208))
 SOUTHEAST_TO_WEST = ((0.0995, 0.0993, -0.9900), (0.0995, 0.2940, -0.9505), (0.0995, 0.4770, -0.8731))
 # Figure 2.18: centre in pixels of the box that an inset shows enlarged.
 INSET_AT = (190, 85)
 # Figure 2.18: half side of this box in pixels.
 INSET_HALF = 15
-# Figure 2.18: distances of the compass's letters E and W, and of N and S, from the middle of the picture.
+# Figure 2.18: distances of the compass's letters E and W, and of N and S, from the view's target in the scene.
 COMPASS_CM = (2.6, 1.6)
 
 
@@ -83,7 +85,8 @@ def all_skins() -> dict[str, Skin]:
     skins = {}
     for species, path in SCANS.items():
         if path.exists():
-            # The fingers, long parallel ridges, of both scans lie along x, as the body does, so no rotation is needed.
+            # The fingers of a skin are long parallel ridges. Those of both scans lie along x, as the body does, so no
+            # rotation is needed.
             skins[f"{species}-scan"] = Skin(f"{species.capitalize()}, scan", {**scanned_skin(path), **SCAN_WINDOW})
         else:
             print(f"NOT DRAWN: no scan at {path}, so {species} is drawn with the procedural skin alone", flush=True)
@@ -92,7 +95,7 @@ def all_skins() -> dict[str, Skin]:
     return skins
 
 
-def measured(skins: dict[str, Skin], species: str) -> Skin:
+def scan_or_preset(skins: dict[str, Skin], species: str) -> Skin:
     """The scan of a species if it is present, else its preset."""
     return skins.get(f"{species}-scan") or skins[f"{species}-preset"]
 
@@ -108,7 +111,7 @@ def linear(studio: Studio, shot: Shot) -> np.ndarray:
 
 
 def by_renderer(shot: Shot) -> dict[str, Shot]:
-    """The shot by FLSS and path-traced, by the key in the data."""
+    """The shot by FLSS and the shot path-traced, by their keys in the data."""
     return {"flss": replace(shot, method="flss"), "path_traced": replace(shot, method=None)}
 
 
@@ -121,6 +124,7 @@ def gratings(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
     panels = {"blazed": "(a)", "elaphe": "(b)", "xenopeltis": "(c)"}
 
     def panel(name: str) -> str:
+        """The letter of the surface `name`, a key of `skins`."""
         return panels[name.split("-")[0]]
 
     # Scans and the blazed grating come first.
@@ -133,6 +137,7 @@ def gratings(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
         means = {key: mean_chroma(linear(studio, each), mask) for key, each in by_renderer(shot).items()}
         chroma[name] = {"label": skins[name].label, **means}
     rankings = {}
+    # There is no ranking with the scans if one is missing.
     for kind in ("scan", "preset"):
         compared = ["blazed", *(f"{species}-{kind}" for species in SCANS)]
         if all(name in chroma for name in compared):
@@ -144,9 +149,9 @@ def gratings(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
 def effect_of_colour(pigment: np.ndarray, diffraction: np.ndarray, mask: Path) -> dict:
     """Effect of the diffraction's colour over the pigment (`dark`) and over a brighter one (`bright`).
 
-    The arguments are pictures in linear sRGB, (rows, columns, 3). `delta_e_…` is the difference from the picture with
-    grey diffraction of equal luminance, `chroma_…` the mean chroma, both where `mask` is white. `chroma_alone` is that
-    of the diffraction without pigment.
+    `pigment` and `diffraction` are the light of each in linear sRGB, (rows, columns, 3). `delta_e_…` is the difference
+    between the picture and one with grey diffraction of equal luminance. `chroma_…` is the picture's mean chroma, and
+    `chroma_alone` that of the diffraction without pigment. All are means over the pixels where `mask` is white.
     """
     found = {"chroma_alone": mean_chroma(diffraction, mask)}
     for name, factor in (("dark", 1.0), ("bright", PIGMENT_BRIGHTER)):
@@ -161,17 +166,20 @@ def effect_of_colour(pigment: np.ndarray, diffraction: np.ndarray, mask: Path) -
 
 
 def elaphe(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
-    """Figure 2.15: Elaphe without and with its pigment, and the effect of the diffraction's colour by species."""
-    skin = measured(skins, "elaphe")
+    """Figure 2.15: Elaphe without and with its pigment, and the effect of the diffraction's colour by species.
+
+    `brighter` and `pigment_reflectance` are the factor on the pigment's light and the pigment's mean reflectance.
+    """
+    skin = scan_or_preset(skins, "elaphe")
     alone = bare(skin, "(a) diffraction alone")
     final = replace(alone, caption="(b) over the pigment", pigment=True)
     sheet = draw(Sheet("elaphe", "Elaphe", "2.15", both([alone, final])), studio, folder, VIEW.width)
     mask = studio.mask(alone)
-    # Light adds up, so the difference is the light that the pigment reflects.
+    # Light adds up, so the difference of both pictures is the light that the pigment reflects.
     pigment = linear(studio, final) - linear(studio, alone)
     colour = {}
     for species in SCANS:
-        of_species = measured(skins, species)
+        of_species = scan_or_preset(skins, species)
         diffraction = linear(studio, bare(of_species, ""))
         colour[species] = {"label": of_species.label, **effect_of_colour(pigment, diffraction, mask)}
     cone = Image.fromarray(picture.tone_mapped(pigment, EXPOSURE_STOPS))
@@ -181,7 +189,7 @@ def elaphe(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
     axes[0].set(title="(c) pigment, and where light comes from")
     axes[0].set_axis_off()
     show_relief(axes[1], relief(skin.parameters), f"(d) {skin.label}")
-    # Fourier transforms of powers of the heights, which are terms of the phase screen's Taylor series.
+    # Magnitudes of the Fourier transforms (DFT) of powers of the heights h, terms of the phase screen's Taylor series.
     show_term(axes[2], skin.parameters, 1, "(e) |DFT(h)|")
     show_term(axes[3], skin.parameters, 8, "(e) |DFT(h⁸)|")
     figure.savefig(folder / "elaphe-relief.png", dpi=80)
@@ -197,7 +205,10 @@ def elaphe(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
 
 
 def xenopeltis(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
-    """Figure 2.16: Xenopeltis, with the scan if present; nanostructure and third term of the scan and the preset."""
+    """Figure 2.16: Xenopeltis, with the scan if present, and plots of the scan and the preset.
+
+    The plots show the heights and the third term of the phase screen's Taylor series.
+    """
     # The scan, if present, comes before the preset.
     present = [skin for name, skin in skins.items() if name.startswith("xenopeltis")]
     shot = bare(present[0], f"(a) {present[0].label}, flss")
@@ -215,7 +226,7 @@ def xenopeltis(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
 
 def closer(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
     """Figure 2.17: Elaphe, each picture five times closer than the previous, with its field of view and mean chroma."""
-    skin = measured(skins, "elaphe")
+    skin = scan_or_preset(skins, "elaphe")
     half_width = math.tan(math.radians(WIDEST_DEG / 2))
     # The width of the picture in the scene is proportional to the tangent of half the field of view.
     angles_deg = [2 * math.degrees(math.atan(half_width / CLOSER**k)) for k in range(ZOOMS)]
@@ -225,7 +236,7 @@ def closer(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
             skin,
             f"{deg:.4g}°",
             view=replace(VIEW, fov_deg=deg, target_cm=ZOOM_TARGET_CM),
-            mark=None if deg == angles_deg[-1] else partial(box, share=1 / CLOSER),
+            mark=None if deg == angles_deg[-1] else partial(box, fraction=1 / CLOSER),
         )
         for deg in angles_deg
     ]
@@ -238,13 +249,13 @@ def closer(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
 
 
 def sun_of(travels: tuple[float, float, float]) -> Light:
-    """The sun of light that travels along this direction of figure 2.18, whose axes are taken as north, east and up.
+    """The sun whose light travels along a direction (x, y, z) of figure 2.18, of any length.
 
-    In the scene east is +x and north +y. The direction need not be of unit length.
+    The figure's axes x, y and z are taken as north, east and up. In the scene east is +x and north +y.
     """
     north, east, up = (-component for component in travels)
     elevation_deg = math.degrees(math.atan2(up, math.hypot(north, east)))
-    # Azimuths are counter-clockwise from +x. There is no sky.
+    # Azimuths of `Light` are counter-clockwise from +x. There is no sky.
     return Light(math.degrees(math.atan2(north, east)), elevation_deg, "directional", sky_radiance=0)
 
 
@@ -253,7 +264,7 @@ def moving_sun(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
 
     A row of `steps` has the results of `change` for two panels. `suns` has the direction of the sun in each panel.
     """
-    skin = measured(skins, "elaphe")
+    skin = scan_or_preset(skins, "elaphe")
     enlarge = partial(inset, centre=INSET_AT, half=INSET_HALF)
 
     def enlarge_with_compass(image: Image.Image) -> None:
@@ -265,6 +276,7 @@ def moving_sun(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
         way: [bare(skin, f"{way}, {k + 1}", light=sun_of(travels), mark=enlarge) for k, travels in enumerate(path)]
         for way, path in paths.items()
     }
+    # The compass is drawn on the first picture alone.
     shots["S to N"][0] = replace(shots["S to N"][0], mark=enlarge_with_compass)
     traced = {"caption": "Mitsuba, path-traced", "method": None, "mark": enlarge}
     # A row has one step of each path, by FLSS and path-traced.
@@ -281,9 +293,9 @@ def moving_sun(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
 
 
 def change(studio: Studio, before: Shot, after: Shot) -> dict:
-    """Angle `sun_deg` between the suns of two shots, and the mean CIEDE2000 between their pictures by each renderer.
+    """Angle `sun_deg` between the suns of two shots, and the mean CIEDE2000 between their pictures.
 
-    The differences are `delta_e_…`, in total and per degree.
+    `delta_e_…` is that colour difference for FLSS and for the path tracer, `delta_e_…_per_deg` its ratio to the angle.
     """
     cosine = float(np.clip(before.light.to_sun() @ after.light.to_sun(), -1, 1))
     sun_deg = math.degrees(math.acos(cosine))

@@ -1,8 +1,9 @@
-"""Part `renderings-methods` of the documentation (page.py): published methods compared, as in Single 2014, a thesis.
+"""Part `renderings-methods` of the documentation (page.py): comparisons of published methods.
 
-It has the thesis' figures 2.20 to 2.22 and B.1, and its table 2.1. *GPU Gems' form* is Stam's shader as published in
-GPU Gems, chapter 8. It and the methods FLSS and NMM are options of the realtime renderer (docs/realtime.md). Shots have
-`pigment=False`: only the diffraction is compared, and the pigment's colour would hide differences.
+It repeats figures 2.20 to 2.22 and B.1, and table 2.1, of M. Single's thesis, called Single 2014. The methods FLSS and
+NMM are the thesis'. *GPU Gems' form* is Stam's shader as published in GPU Gems, chapter 8. All three are methods of the
+realtime renderer (docs/realtime.md). A *shot* describes one picture (studio.py). Shots have `pigment=False`: the
+pigment's colour would hide differences of the diffraction.
 
 `insist` raises SetupError if the numbers contradict a sentence of the page.
 """
@@ -41,26 +42,26 @@ from .studio import SPP, SUPERSAMPLE, Shot, Studio
 PART = "renderings-methods"
 # Files of the scans by capitalised species.
 SCAN_FILES = {species.capitalize(): path for species, path in SCANS.items()}
-# Camera above the compact disc, a mesh in cm; width and height in pixels.
+# Camera above the compact disc, whose mesh is in cm. The first two numbers are width and height in pixels.
 DISC_VIEW = View(200, 200, origin_cm=(0, -3, 26), target_cm=(0, 0, 0), fov_deg=28)
 # The light of the disc: a sun at this azimuth and elevation in degrees, without sky.
 DISC_LIGHT = Light(180, 70, "directional", sky_radiance=0)
 # Spacing of a compact disc's tracks.
 CD_UM = 1.6
-# Spacing of the tracks in a public demonstration of the shader (docs/realtime.md#stam-and-the-shader-of-gpu-gems).
+# Spacing of the tracks in a public demonstration of Stam's shader (docs/realtime.md#stam-and-the-shader-of-gpu-gems).
 DEMO_UM = 10.0
 # Option of the method `stam` that selects GPU Gems' form.
 GEMS = {"stam_form": "gems"}
 # Size of the timed frames of table 2.1 in pixels.
 FRAME = "384x256"
-# Number of renders of a timed frame. `sunbeam render` reports the median time of each stage, with two renders the
-# longer one. More renders give steadier times and take longer.
+# Number of renders of a timed frame. `sunbeam render` reports the median time of each stage; of two renders that is the
+# longer time. More renders give steadier times and take longer.
 REPEATS = 2
-# Upper bound on the difference from 1 of the ratio of luminances, right over left half, of a map counted as symmetric.
+# A BRDF map counts as symmetric if the ratio of the luminances of its halves, right and left, is nearer to 1 than this.
 SYMMETRIC = 1e-3
-# Lower bound on the ratio of the luminances, brighter over darker half, of a map counted as one-sided.
+# A BRDF map counts as one-sided if the ratio of the luminances of its halves, brighter and darker, is above this.
 ONE_SIDED = 2.0
-# Largest difference of peak angles that count as equal.
+# Peak angles count as equal if they differ by less than this.
 ALIKE_DEG = 1.0
 
 
@@ -130,11 +131,12 @@ def repeating(skin: dict) -> dict:
 def cut_outs(file: Path) -> list[dict]:
     """Figure 2.20: draws cut-outs; returns the period of each, and the `wander_nm` of its lines of constant phase.
 
-    The wander is the rms distance of these lines from straight ones (alignment.py).
+    The wander is the rms distance of these lines from straight ones (alignment.py). Raises SetupError unless that of
+    the compact disc is the smallest.
     """
     # The axis of each cut-out is that of the surface's strongest period. Skins have rows of fingers, long parallel
-    # ridges. In the scans the fingers lie along x. The period of Elaphe is that across the fingers, along y. The period
-    # of Xenopeltis is that from row to row, along x.
+    # ridges. In the scans the fingers lie along x. Elaphe's strongest period is across the fingers, along y. That of
+    # Xenopeltis is from row to row, along x.
     skins = surfaces("Elaphe")
     chosen = {title: alignment.cut_out(skin, "y") for title, skin in skins.items() if "filename" in skin}
     chosen["CD"] = alignment.cut_out({"preset": "cd"}, "x")
@@ -155,7 +157,7 @@ def cut_outs(file: Path) -> list[dict]:
 def draw(studio: Studio, shots: list[Shot]) -> tuple[list[Drawn], np.ndarray]:
     """Draws shots that share object, rotation, light and view, each with its own exposure.
 
-    Returns the pictures, and the directions at their pixels as by `pairs_of`.
+    Returns the pictures, and the directions at their pixels, the array of `pairs_of`.
     """
     pairs = pairs_of(studio, shots[0])
     return [exposed(studio, shot, hues.lit(pairs)) for shot in shots], pairs
@@ -171,11 +173,14 @@ def exposed(studio: Studio, shot: Shot, lit: np.ndarray) -> Drawn:
 
 
 def pairs_of(studio: Studio, shot: Shot) -> np.ndarray:
-    """Directions to sun and camera at the pixels' centres, the array (rows, columns, 8) that `hues.lit` describes."""
+    """Directions to sun and camera where the pixels' centres see the object, an array (rows, columns, 8).
+
+    `hues.lit` describes its eight numbers.
+    """
     npy, exr = studio.folder / "pairs.npy", studio.folder / "pairs.exr"
     mesh = (studio.disc if shot.disc else studio.snake).mesh
     rotation = {name: value for name, value in shot.skin.items() if name == "rotation"}
-    # The directions depend only on the surface's rotation, so the fastest method and surface are used.
+    # Of the surface's parameters only the rotation changes the directions, so the fastest method and relief are used.
     realtime.render(exr, "stam", mesh, {"preset": "blazed", **rotation}, shot.light, shot.view, pairs=npy)
     return np.load(npy)
 
@@ -189,7 +194,10 @@ def sheet(rows: list[list[Drawn]], studio: Studio, file: Path) -> None:
 
 
 def disc(studio: Studio, folder: Path) -> dict:
-    """Figure 2.21: draws a disc by FLSS, by GPU Gems' form and path-traced; returns `stam_maps.disc_peaks`."""
+    """Figure 2.21: draws a disc by FLSS, by GPU Gems' form and path-traced; returns the result of `disc_peaks`.
+
+    `disc_peaks` (stam_maps.py) has the peak angles of order 1. Raises SetupError if the numbers contradict the page.
+    """
     flss = Shot("FLSS", {"preset": "cd"}, "flss", DISC_LIGHT, view=DISC_VIEW, pigment=False, disc=True)
     shots = [flss]
     for um in (CD_UM, DEMO_UM):
@@ -209,7 +217,10 @@ def disc(studio: Studio, folder: Path) -> dict:
 
 
 def symmetry(folder: Path) -> list[dict]:
-    """The rows of `stam_maps.symmetry` for both gratings, and for Xenopeltis without its rotation on the snake."""
+    """The rows of `stam_maps.symmetry` for both gratings, and for Xenopeltis without its rotation on the snake.
+
+    Raises SetupError unless GPU Gems' form is symmetric, and FLSS one-sided on the blazed grating.
+    """
     skins = {"Blazed": {"preset": "blazed"}, "CD": {"preset": "cd"}}
     for title, skin in surfaces("Xenopeltis").items():
         skins[title] = repeating({name: value for name, value in skin.items() if name != "rotation"})
@@ -225,8 +236,10 @@ def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
     """Figure 2.22: draws Xenopeltis by FLSS, by GPU Gems' form and path-traced; returns a row for each picture.
 
     - `dark_near`, `dark`: the fractions of dark pixels near highlights, and among all lit pixels.
-    - `hues`: the effective number of hues.
+    - `hues`: the effective number of hues (hues.py).
     - `three_bins`: the fraction of the coloured pixels in the three fullest bins of hues.
+
+    Raises SetupError unless GPU Gems' form has more dark pixels near highlights and fewer hues than FLSS.
     """
     rows, found, plotted = [], [], {}
     for title, skin in surfaces("Xenopeltis").items():
@@ -248,13 +261,13 @@ def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
             found.append(
                 {
                     "caption": drawn.shot.caption,
-                    "dark_near": hues.dark_share(pixels, near[lit]),
-                    "dark": hues.dark_share(pixels, np.ones(len(pixels), dtype=bool)),
+                    "dark_near": hues.dark_fraction(pixels, near[lit]),
+                    "dark": hues.dark_fraction(pixels, np.ones(len(pixels), dtype=bool)),
                     "hues": hues.effective_hues(fractions),
                     "three_bins": float(np.sort(fractions)[-3:].sum()),
                 }
             )
-        # The rows of this surface, in the order of its shots; the path-traced one is not judged.
+        # The rows of this surface, in the order of its shots. That of the path-traced one is not compared.
         flss, stam, _ = found[-3:]
         # Twice as many dark pixels count as a lack of colours.
         more_dark = stam["dark_near"] > 2 * flss["dark_near"]
@@ -284,8 +297,8 @@ def plot_hues(histograms: dict[str, np.ndarray], file: Path) -> None:
 def nmm(studio: Studio, folder: Path) -> list[dict]:
     """Figure B.1: draws Elaphe by FLSS, by NMM as in Single 2014, and by NMM with quadrature weights.
 
-    Returns three rows for each surface, in the order of the methods: CIELAB's mean a* and b* of the lit pixels, and
-    under `of_blue` those of the pixels that are blue by FLSS.
+    Returns three rows for each surface, one for each method in this order. A row has CIELAB's mean a* and b* of the lit
+    pixels, and under `of_blue` those of the pixels that are blue by FLSS.
     """
     rows, found = [], []
     for title, skin in surfaces("Elaphe").items():
@@ -306,14 +319,14 @@ def nmm(studio: Studio, folder: Path) -> list[dict]:
 
 
 def frames(studio: Studio) -> list[dict]:
-    """Table 2.1: milliseconds of a frame on the GPU, and frames per second, of each skin by FLSS and NMM."""
+    """Table 2.1: milliseconds of a frame on the GPU, frames per second, and faces of the mesh, by skin and method."""
     found = []
     for species in SCAN_FILES:
         for title, skin in surfaces(species).items():
             for method in ("flss", "nmm"):
-                words = ["--mesh", studio.snake.mesh, "--method", method, "--size", FRAME, "--repeat", REPEATS]
-                words += realtime.surface_words(repeating(skin))
-                report = json.loads(sunbeam("render", "-o", studio.folder / "frame.exr", *words))
+                arguments = ["--mesh", studio.snake.mesh, "--method", method, "--size", FRAME, "--repeat", REPEATS]
+                arguments += realtime.surface_words(repeating(skin))
+                report = json.loads(sunbeam("render", "-o", studio.folder / "frame.exr", *arguments))
                 ms, faces = report["gpu_ms"], report["triangles"]
                 found.append({"title": title, "method": method, "ms": ms, "fps": 1e3 / ms, "faces": faces})
                 print(f"{title}, {method}: {ms:.0f} ms", flush=True)

@@ -1,7 +1,8 @@
 """Colour differences between pictures by an RGB and by a spectral variant of Mitsuba, and conversion to CIELAB.
 
-Pictures are linear sRGB. A picture is given as two *halves* of its samples, an array (2, rows, columns, 3), whose
-difference gives the noise. `difference` also accepts a selection of pixels, (2, pixels, 3).
+Pictures are linear sRGB. A picture is an array of two *halves*, (2, rows, columns, 3): pictures from independent halves
+of its samples. Their mean is the picture, and their difference shows its noise. `difference` also accepts a selection
+of pixels, (2, pixels, 3).
 """
 
 from __future__ import annotations
@@ -19,11 +20,12 @@ from .time_to_error import render
 
 # The compared RGB variant of Mitsuba.
 RGB = "llvm_ad_rgb"
-# The compared spectral variant.
+# The compared spectral variant of Mitsuba.
 SPECTRAL = "llvm_ad_spectral"
 # Materials by name, as parameters of the plugin `diffraction`.
 MATERIALS = {"keratin": SKIN, "gold": {"material": "Au"}}
-# Width and height of the pictures in pixels. Chosen small, so that each pixel has little noise in the time.
+# Width and height of the pictures in pixels. Each pixel of a larger picture would get fewer samples in the same time,
+# and more noise.
 SIZE = (24, 16)
 # Default rendering time of each picture in seconds, without building tables and compiling. A longer time lowers the
 # noise.
@@ -45,7 +47,7 @@ WHITE = XYZ_OF_SRGB.sum(axis=1)
 
 
 def figures(budget_s: float = BUDGET_S) -> list[dict]:
-    """One row for each scene and material of the scan: `scene`, `material`, and the numbers of `difference`."""
+    """A row for each scene and medium, with the scan's relief: `scene`, `material`, and the numbers of `difference`."""
     surface, _ = scanned_surface()
     rows = []
     for scene in scenes():
@@ -73,7 +75,10 @@ def colour_difference(make_scene: Callable[[], mi.Scene], budget_s: float = BUDG
 
 
 def halves(scene: mi.Scene, budget_s: float) -> np.ndarray:
-    """The means of the even and of the odd of all renders within `budget_s` seconds, (2, rows, columns, 3)."""
+    """The mean of the even renders and that of the odd ones, (2, rows, columns, 3).
+
+    The scene is rendered for `budget_s` seconds, within the bounds of RENDERS_MIN and RENDERS_MAX.
+    """
     # The first render compiles kernels, and is not counted.
     render(scene, seed=1)
     sums, count, start = [0, 0], 0, time.perf_counter()
@@ -87,11 +92,11 @@ def halves(scene: mi.Scene, budget_s: float) -> np.ndarray:
 def difference(rgb: np.ndarray, spectral: np.ndarray) -> dict:
     """Differences of two pictures. ΔE76 is the distance of two colours in CIELAB.
 
-    Both pictures are multiplied by one exposure before. Colours brighter than white are not clipped.
+    First both pictures are multiplied by the same exposure. Colours brighter than white are not clipped.
 
-    - `delta_e_mean`, `delta_e_p95`: mean and 95th percentile of ΔE76 over pixels, with the noise.
+    - `delta_e_mean`, `delta_e_p95`: mean and 95th percentile of ΔE76 over pixels, noise included.
     - `noise_delta_e_mean`, `noise_delta_e_p95`: estimates of the ΔE76 that noise alone would cause. Half the difference
-      of a picture's halves has the rms of the noise of their mean. The squares of both pictures' noise are added.
+      of a picture's halves has the same rms as the noise of their mean. The squares of both pictures' noise are added.
     - `delta_e_rms`: an estimate of the rms difference without noise. It is the root of the mean product of two
       differences with independent noise, those of the first halves and of the second halves; 0 if that is negative.
     - `energy_ratio`: the ratio, RGB over spectral, of sums over pixels and channels.
@@ -126,7 +131,7 @@ def lab(linear: np.ndarray) -> np.ndarray:
 
 
 def lab_of_xyz(xyz: np.ndarray) -> np.ndarray:
-    """CIE 1976 L*a*b* of XYZ (..., 3) under D65, by CIE 15:2004, 8.2.1, but negative XYZ counts as zero."""
+    """CIE 1976 L*a*b* of XYZ (..., 3) under D65, by CIE 15:2004, 8.2.1, except that negative XYZ counts as zero."""
     relative = np.maximum(xyz / WHITE, 0)
     # Below this value the cube root is replaced by its tangent, as in the standard.
     low = (6 / 29) ** 3

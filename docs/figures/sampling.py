@@ -1,8 +1,8 @@
 """Part `sampling` of the documentation (page.py): the plugin's sampler against simple ones, and the BSDF's cost.
 
-The weight of a sample is the BSDF times the cosine over the density. Errors of pictures are relative to a reference
-with many more samples. It is drawn by the plugin's own sampler, since no other converges within hours. A bias of this
-sampler would cancel in its own error; tests of the density exclude one.
+The *weight* of a sample is the BSDF times the cosine over the density. Errors of pictures are relative to a reference
+picture with many more samples. The reference is made by the plugin's own sampler, since no other converges within
+hours. A bias of this sampler would cancel in the sampler's own error; tests of the density exclude a bias.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ PART = "sampling"
 SURFACES = ("blazed", "elaphe", "xenopeltis")
 # Lights of the pictures. `Light` always has a sun, which `picture` removes for "sky".
 LIGHTS = {"sky": Light(sky_radiance=1.0), "sun and sky": Light()}
-# Camera of the pictures, small for the sake of the reference's many samples.
+# Camera of the pictures, width and height in pixels; small for the sake of the reference's many samples.
 VIEW = View(48, 32)
 # Samples per pixel of the pictures under test.
 SPP = 64
@@ -43,11 +43,11 @@ REFERENCE_SPP = {"sky": 4096, "sun and sky": 65_536}
 
 
 def figures(
-    *words: str, spp: int = SPP, reference_spp: dict[str, int] = REFERENCE_SPP, repetitions: int = REPETITIONS
+    *arguments: str, spp: int = SPP, reference_spp: dict[str, int] = REFERENCE_SPP, repetitions: int = REPETITIONS
 ) -> dict:
     """All numbers of the part; draws the times to an error.
 
-    `words` are further arguments of `sunbeam bench`. `spp`, `reference_spp` and `repetitions` replace the constants of
+    `arguments` are further ones of `sunbeam bench`. `spp`, `reference_spp` and `repetitions` replace the constants of
     these names, for short runs. The numbers are
 
     - `rows`: the surfaces in the report of `sunbeam bench`, with statistics of the weight by angle and wavelength;
@@ -56,10 +56,10 @@ def figures(
     - `headline`: the cost in Mitsuba by headline.py, such as the time to an error;
     - `costs`: the render times of `cost` in each of VARIANTS.
     """
-    report = json.loads(sunbeam("bench", "--what", "sampler", *words))
+    report = json.loads(sunbeam("bench", "--what", "sampler", *arguments))
     in_mitsuba = headline.figures()
-    # The plot has the times to the relative error `aim` in each scene and variant (a cell). They are scaled to square
-    # pictures of `nominal_pixels` pixels, with this side.
+    # The plot has the times to the relative error `aim` in each cell, a scene in a variant of Mitsuba. Times are scaled
+    # to square pictures of `nominal_pixels` pixels, with this side.
     side = round(in_mitsuba["nominal_pixels"] ** 0.5)
     draw(in_mitsuba["cells"], in_mitsuba["aim"], side, images(PART) / "time-to-error.svg")
     use_variant("llvm_ad_spectral", fall_back=False)
@@ -116,15 +116,15 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
         return mi.load_dict(parts)
 
     scenes = {"importance": scene(bsdf)} | {kind: scene(hemisphere_sampled(bsdf, kind)) for kind in KINDS}
-    # The reference is a mean of pictures with `spp` samples. Its seeds from 1000 on keep it independent of the pictures
-    # under test.
+    # The reference is a mean of pictures with `spp` samples. Seeds from 1000 on keep the reference independent of the
+    # pictures under test.
     truth = np.mean([render(scenes["importance"], 1000 + i).image for i in range(reference_spp // spp)], axis=0)
     # Pixels that are not black.
     mask = truth.sum(axis=2) > 0
     ways = []
     for name, sampled in scenes.items():
         for seed in (0, 1):
-            # Kernels are compiled for the first render, and again when the seed first changes.
+            # Untimed renders: Dr.Jit compiles kernels for the first one, and again when the seed first changes.
             render(sampled, seed)
         renders = [render(sampled, 2 + i) for i in range(repetitions)]
         error = float(np.mean([relative_error(each.image, truth, mask) for each in renders]))
@@ -144,7 +144,7 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
 
 
 def cost(variant: str, repetitions: int) -> dict:
-    """Render times of the diffraction BSDFs and of Mitsuba's in a variant, and their ratios to each of REFERENCES."""
+    """Render times of the plugin's and of Mitsuba's BSDFs in a variant, and their ratios to each of REFERENCES."""
     use_variant(variant, fall_back=False)
     # Larger pictures hide the fixed cost of a render better, and take longer.
     result = measure(repetitions, View(128, 128), spp=16, max_depth=6)

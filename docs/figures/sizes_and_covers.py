@@ -1,8 +1,9 @@
 """Part `sizes-and-covers` of the documentation (page.py): RGB against spectral pictures, and the cost of a BSDF call.
 
-*Sizes* are the plugin's parameters `scale` and `depth`, which shrink a relief along the surface and in height. The
-pictures are filled by the ball of benchmark_scenes.py. A *cover* is a clear layer of a dielectric over the relief. The
-*kinds* of surface are a bare relief, one with textures of sizes, one under a cover, and one with both.
+*Sizes* are the plugin's parameters `scale` and `depth`, which shrink a relief along the surface and in height. A
+*cover* is a clear layer of a dielectric over the relief. The *kinds* of surface are a bare relief, one with textures of
+sizes, one under a cover, and one with both. The pictures show the ball of benchmark_scenes.py from so near that it
+fills them. ΔE76 is the distance of two colours in CIELAB.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ from .rgb_against_spectral import MATERIALS, RGB, SPECTRAL, difference, halves
 MEDIA = {**MATERIALS, "aluminium": ALUMINIUM}
 # Refractive index of the cover, that of lacquer.
 COVER_ETA = 1.5
-# Lower limit of the texture of `scale`; the upper is 1. Texels have the values at their centres, so the extreme ones
-# are up to 3 % of the range inside the limits.
+# Lower limit of the texture of `scale`; the upper limit is 1. Texels have the values at their centres, so the extreme
+# values are up to 3 % of the range inside the limits.
 SCALE_MIN = 0.55
 # Lower limit of the texture of `depth`; see SCALE_MIN.
 DEPTH_MIN = 0.5
@@ -40,16 +41,17 @@ TEXELS = (32, 64)
 SIZE = (12, 8)
 # Horizontal field of view at which the ball is as wide as the picture.
 FOV_DEG = 18.0
-# Samples per pixel of one render, a square number for its sampler. With fewer the fixed cost of a render dominates.
+# Samples per pixel of one render, a square number, as its sampler requires. With fewer the fixed cost of a render
+# dominates.
 SPP = 16384
 # Default seconds of each of the two pictures of a row, without building tables and compiling.
 BUDGET_S = 20.0
-# Aims of the mean ΔE76 between RGB and spectral pictures, and of its 95th percentile, with which the page compares.
-# Chosen: a ΔE76 of about 2 is just noticeable.
+# Aims of the mean ΔE76 between RGB and spectral pictures, and of its 95th percentile, with which the page compares the
+# measured values. A ΔE76 of about 2 is just noticeable.
 AIMS = (1.0, 2.5)
 # Measured methods of `mi.BSDF`.
 CALLS = ("eval_pdf", "sample")
-# Elements of a timed wavefront, which takes some tenths of a second of CPU.
+# Number of elements of a timed wavefront (`cpu_ns`), which takes some tenths of a second of CPU.
 WAVEFRONT = 1 << 19
 # Number of timed wavefronts of each call, the fastest of which counts. More come closer to the time of an idle machine.
 REPEATS = 30
@@ -90,10 +92,10 @@ def figures(budget_s: float = BUDGET_S, repeats: int = REPEATS) -> dict:
 
 
 def colours(budget_s: float) -> list[dict]:
-    """Rows of {relief, material, kind} and the numbers of `difference` (ΔE76 and energy) over the ball's pixels.
+    """A row for each relief, medium and kind of surface: the numbers of `difference` over the ball's pixels.
 
-    A row has the numbers for one relief in one medium with one kind of surface. Covers have no mirror reflection, whose
-    colourless light would hide differences.
+    Keys of a row are `relief`, `material` (the medium), `kind`, and those of `difference` (rgb_against_spectral.py).
+    Covers have no mirror reflection, whose colourless light would hide differences.
     """
     # The first scene is the ball on a floor.
     ball = replace(scenes()[0], build=near_ball)
@@ -139,7 +141,7 @@ def sees_ball(scene: mi.Scene) -> np.ndarray:
     columns, rows = SIZE
     # The pixels' corners, in units of the film.
     y, x = np.mgrid[: rows + 1, : columns + 1] / np.reshape((rows, columns), (2, 1, 1))
-    # Time, sample of the wavelength, positions on the film, sample of the aperture.
+    # Arguments of `sample_ray`: time, sample of the wavelength, positions on the film, sample of the aperture.
     rays = scene.sensors()[0].sample_ray(0, 0.5, mi.Point2f(x.ravel(), y.ravel()), 0.5)[0]
     hit = scene.ray_intersect(rays)
     distance = np.linalg.norm(np.array(hit.p).T - [0, 0, 1], axis=1)
@@ -148,9 +150,9 @@ def sees_ball(scene: mi.Scene) -> np.ndarray:
 
 
 def calls(repeats: int) -> list[dict]:
-    """Rows of {variant, relief, kind, ns, ratio} for aluminium.
+    """Rows of {variant, relief, kind, ns, ratio} in aluminium.
 
-    `ns` has nanoseconds of CPU per element by call (`cpu_ns`), `ratio` these over the nanoseconds of the bare relief.
+    `ns` has nanoseconds of CPU per element by call (`cpu_ns`), and `ratio` their ratios to those of the bare relief.
     """
     rows = []
     for variant in VARIANTS:
@@ -169,7 +171,7 @@ def calls(repeats: int) -> list[dict]:
 def cpu_ns(bsdfs: dict[str, mi.BSDF], call: str, repeats: int) -> dict[str, float]:
     """Nanoseconds of CPU per element of one call, by the names of the BSDFs, which take turns.
 
-    An element is one evaluation of a wavefront, an array of evaluations that one kernel of Dr.Jit does.
+    A wavefront is an array of evaluations that one kernel of Dr.Jit does; an element is one evaluation.
 
     CPU time excludes most effects of other programs. It includes the tracing of the kernel, which cancels in the
     difference of wavefronts of WAVEFRONT and of FEWEST elements.

@@ -1,7 +1,7 @@
 """Atomic-force scans of two snakes' skins: strips of them, and heights and slopes against those of the presets.
 
-A *preset* is a procedural relief of `sunbeam` that imitates a skin. Heights are in µm, indexed [iy, ix] with y = 0
-first. Pixels are square, and scans and presets have as many along y as along x. A *skin* is named by its species.
+A *preset* is a procedural relief of `sunbeam` that imitates a skin. A *skin* is named by its species. Heights are in
+µm, indexed [iy, ix] with y = 0 first. Scans and presets are squares of square pixels.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ def read(*arguments) -> tuple[np.ndarray, float]:
 def scan(skin: str) -> tuple[np.ndarray, float]:
     """Heights and edge of a pixel of a skin's scan, with the dominant period along x.
 
-    Table 1.1 of the thesis Single 2014 lists this period. In *Elaphe* it is the distance between long parallel ridges,
-    the fingers. The file has them along x and the period along y, so the scan is transposed.
+    Table 1.1 of M. Single's thesis lists this period. In *Elaphe* the period is the distance between long parallel
+    ridges, the fingers. The file has the fingers along x and the period along y, so the scan is transposed.
     """
     heights_um, pixel_um = read("--height-field", SCANS[skin])
     return (heights_um.T if skin == "elaphe" else heights_um), pixel_um
@@ -59,7 +59,7 @@ def write_heights(heights_um: np.ndarray, pixel_um: float, path: Path) -> tuple:
 
 
 def strips(heights_um: np.ndarray) -> list[np.ndarray]:
-    """The scan cut into STRIPS parts along y, each as long as the scan along x."""
+    """The scan cut into STRIPS parts, one above the other along y, each as long as the scan along x."""
     return np.array_split(heights_um, STRIPS, axis=0)
 
 
@@ -67,8 +67,8 @@ def sizes(heights_um: np.ndarray, pixel_um: float) -> dict:
     """Peak to valley in µm, and after subtracting the best plane the rms height in µm and the rms slopes along x and y.
 
     Peak to valley is that of the heights as given, tilt included. A slope is the difference of neighbouring pixels over
-    their distance, so finer pixels give larger slopes on a rough relief. Scans and presets have pixels of nearly equal
-    size, 65 and 64 nm.
+    their distance. Finer pixels give larger slopes on a rough relief; those of scans and presets are nearly equal, 65
+    and 64 nm.
     """
     level_um = levelled(heights_um)
     return {
@@ -88,9 +88,9 @@ def levelled(heights: np.ndarray) -> np.ndarray:
 
 
 def size_rows() -> list[dict]:
-    """A row for each skin and each key of `sizes`: the size of the scan, and the sizes of random crops of the preset.
+    """A row for each skin and each key of `sizes`: the scan's value, and those of random crops of the preset.
 
-    - `what`: the key of the size in `sizes`. `scan` is its value on the scan.
+    - `what`, `scan`: the key in `sizes`, and its value on the scan.
     - `crops`, `low`, `high`: the mean, the 5 % quantile and the 95 % quantile over crops as large as the scan.
     - `tile`: the peak to valley of the preset's whole tile, `None` for other sizes.
     """

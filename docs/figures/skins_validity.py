@@ -1,12 +1,15 @@
 """Part `skins-validity` of the documentation (page.py): the model on measured skins against Maxwell's equations.
 
-The relief is a crop of a scan, repeated as a tile. A *case* is a crop with a smoothing in pixels, a factor on its
-heights and a refractive index. An independent solver, the *judge* (tests/judges/crossed), gives the true powers of its
-orders for several lights; its answers are stored by the case's `key`. A *form* is the model with one choice of
-obliquity factor, energy conservation and shadowing (docs/model.md); `stam` and `small_slope` are such forms.
-*Misplaced* power is the fraction of the reflected power that a form puts into wrong orders (`misplaced` of
-tests/judges/crossed/model.py). It is summarised over *near* lights, up to REACH_DEG of incidence, and over *grazing*
-ones beyond.
+The relief is a crop of a scan, repeated as a tile. Angles of incidence are measured from the normal.
+
+- *Case*: a crop with a smoothing in pixels, a factor on its heights and a refractive index.
+- *Judge*: an independent solver (tests/judges/crossed) that gives the true powers of the orders (jx, jy). An *answer*
+  is its result for one case and one light. Answers are stored by the case's `key`.
+- *Form*: the model with one choice of obliquity factor, energy conservation and shadowing (docs/model.md). The form
+  `stam` conserves energy, or is *limited*; `small_slope` is not.
+- *Misplaced* power: the fraction of the reflected power that a form puts into wrong orders (`misplaced` of
+  tests/judges/crossed/model.py).
+- *Near* lights: those with angles of incidence up to REACH_DEG. *Grazing* lights: the others.
 """
 
 from __future__ import annotations
@@ -44,10 +47,11 @@ from .skin_scans import SKINS, scans_present
 from .svg import save
 
 PART = "skins-validity"
-# Largest angle of incidence of near lights. Chosen: the judge's lights are at 0, 30, 60 and 75 degrees.
+# Largest angle of incidence of near lights. The judge's lights are at 0, 30, 60 and 75 degrees, so those at 75° are
+# grazing.
 REACH_DEG = 60.0
-# Largest accepted ratio of the time of a call with `small_slope` to one with `stam`, in the mean over all calls.
-# Chosen: below it the page may say that both cost about as much.
+# Largest accepted ratio of the time of a call with `small_slope` to one with `stam`, in the mean over all calls. Up to
+# this ratio the page says that both cost about as much.
 COST_MAX = 1.15
 # Colours of the forms in the plot.
 COLOURS = dict(zip((form.name for form in FORMS), ("k", "tab:blue", "tab:cyan", "tab:orange", "tab:red")))
@@ -66,7 +70,7 @@ def is_near(answer: Answer) -> bool:
 
 
 def summary(values: list[float], judged: list[Answer], near: bool) -> dict:
-    """Mean and largest of `values`, one for each answer, over the near lights or else over the grazing ones."""
+    """Mean and largest of `values`, one for each answer, over the near lights (`near`) or over the grazing ones."""
     chosen = [value for value, answer in zip(values, judged) if is_near(answer) == near]
     return {"mean": float(np.mean(chosen)), "worst": float(max(chosen))}
 
@@ -109,8 +113,8 @@ def row(case: Case, relief: Relief, judged: list[Answer], forms: tuple[Form, ...
 def means_by(quantity: str, rows: list[dict], by_case: dict, skin: str, form: Form) -> dict[float, float]:
     """Mean misplaced power of a form over a skin's crops and lights, by the field `quantity` of the light.
 
-    `quantity` is "theta_deg" or "wavelength_nm". `rows` are those of `row` for all crops, with the `key` of the case,
-    by which `by_case` has the judge's answers.
+    `quantity` is "theta_deg" or "wavelength_nm". `rows` has the results of `row` for all crops, with the `key` of the
+    case. `by_case` has the judge's answers by this key.
     """
     groups: dict[float, list[float]] = {}
     for of_crop in rows:
@@ -126,19 +130,19 @@ def checks() -> dict:
 
 
 def one_dimension() -> float:
-    """The difference from the boundary integral of `sunbeam orders`, on a sinusoid along x alone, for two lights."""
+    """The difference between the judge and the boundary integral of `sunbeam orders`, on a sinusoid along x alone."""
     period_um, height_um, samples = 1.3, 0.2, 33
     x = np.arange(samples) / samples
     # The judge needs a period along y, where its relief is constant. At 0.3 µm only reflected orders with jy = 0
     # propagate, so the judge's orders are numbered by jx alone.
     wave = Relief(0.5 * height_um * (1 + np.sin(2 * np.pi * x))[None], (period_um, 0.3))
-    words = ("--preset", "sinusoidal", "--period", period_um, "--height", height_um, "--eta", KERATIN)
+    arguments = ("--preset", "sinusoidal", "--period", period_um, "--height", height_um, "--eta", KERATIN)
     largest = 0.0
     # One light across the grooves and one oblique to them.
     for theta_deg, phi_deg in ((20.0, 0.0), (60.0, 35.0)):
         judged = solve(wave, 550.0, theta_deg, phi_deg, KERATIN, Resolution(cutoff_per_um=9.0, nodes=12))
         light = ("--theta-i", theta_deg, "--phi-i", phi_deg)
-        report = json.loads(sunbeam("orders", *words, "--theory", "rigorous", *light, "--json"))
+        report = json.loads(sunbeam("orders", *arguments, "--theory", "rigorous", *light, "--json"))
         other = {entry["order"]: entry["mean"] for entry in report["orders"]}
         largest = max(largest, *(abs(power - other[order]) for order, power in zip(judged.jx, judged.unpolarised)))
     return float(largest)
@@ -176,7 +180,7 @@ def cost() -> list[dict]:
             ns = {call: call_ns(bsdfs, call) for call in CALLS}
             ratios = {call: float(ns[call]["small_slope"] / ns[call]["stam"]) for call in CALLS}
             rows.append({"variant": variant, "relief": relief, "ratios": ratios})
-    # The mean over all rows and calls, since single ratios are noisy.
+    # The mean over all variants, reliefs and calls, since single ratios are noisy.
     mean = np.mean([list(of_relief["ratios"].values()) for of_relief in rows])
     insist(PART, mean <= COST_MAX, "small_slope costs about as much")
     return rows
@@ -233,7 +237,7 @@ def check_limiter(scans: dict, by_case: dict) -> None:
 
 
 def check_gain(skins: list[dict]) -> None:
-    """Raises SetupError unless small_slope misplaces less than stam: far less on Elaphe, little less on Xenopeltis.
+    """Raises SetupError unless small_slope misplaces less than stam: far less on Elaphe, slightly less on Xenopeltis.
 
     Only near lights count. `skins` has the results of `skin_figures`.
     """
@@ -242,8 +246,8 @@ def check_gain(skins: list[dict]) -> None:
         stam, small_slope = (of_skin["near"][form.name]["mean"] for form in (STAM, SMALL_SLOPE))
         insist(PART, small_slope < stam, f"small_slope is better than stam on {of_skin['skin']}")
         gains[of_skin["skin"]] = stam / small_slope
-    # The slopes of Elaphe are gentler. Chosen: a factor above 2 counts as a gain on it, one below 1.2 as none on
-    # Xenopeltis.
+    # The slopes of Elaphe are gentler. There a factor above 2 counts as a gain; on Xenopeltis one below 1.2 counts as
+    # none.
     insist(PART, gains["elaphe"] > 2 and gains["xenopeltis"] < 1.2, "the gain is on the gentler skin")
 
 

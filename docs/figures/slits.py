@@ -1,9 +1,10 @@
 """Part `slits` of the documentation (page.py): intensity and colours behind N equal slits.
 
-Draws the plots of figures 1.4 and 1.5 of Single 2014, a thesis, from the formula below.
+Draws the plots of figures 1.4 and 1.5 of M. Single's thesis, called Single 2014, from the formula below.
 
-Symbols: N slits of width a, with centres d apart, in light of wavelength λ at normal incidence; `sine` is the sine of
-the angle to the grating's normal. The relative intensity in the far field, 1 where all waves are in phase, is
+Symbols: N is the number of slits, a their width, d the distance of their centres, and λ the wavelength. Light arrives
+at normal incidence; `sine` is the sine of the diffracted light's angle to the grating's normal. The relative intensity
+in the far field, 1 where all waves are in phase, is
 
     I = (sin Nx / (N sin x))² · (sin β / β)²,   x = π d·sine/λ,   β = π a·sine/λ.
 
@@ -36,7 +37,7 @@ COUNTS = (1, 2, 3, 5, 7, 10, 50)
 DISTANCE_MM = 500.0
 # Wavelength of figure 1.5.
 PLOTTED_NM = 500.0
-# Wavelength of the green strips of figure 1.4; the source gives none.
+# Wavelength of the green strips of figure 1.4; Single 2014 gives none.
 COLOURED_NM = 550.0
 # Half width of the shown part of the screen in the colour strips.
 COLOURED_MM = 6.5
@@ -48,11 +49,12 @@ CLOSE_MM = 2.0
 COLUMNS = 1300
 # Number of positions in a pixel whose intensities are averaged. With fewer, narrow peaks fall between positions.
 PER_COLUMN = 4
-# Wavelength step of the sum over the visible spectrum. At a point of order m, N slits pass peaks about λ/(mN) wide. For
-# 50 slits and 380 nm these are 1.5 nm at the ends of the strips, where m is 5. Wider steps would show as lines.
+# Wavelength step of the sum over the visible spectrum. At a point of order m, N slits let peaks pass that are about
+# λ/(mN) wide. For 50 slits and 380 nm these are 1.5 nm wide at the ends of the strips, where m is 5. Larger steps would
+# show as lines.
 COLOUR_STEP_NM = 1.0
-# Smallest number of slits in the fit of width ∝ N^exponent. With fewer, N·sin x of the array factor differs from N·x;
-# a single slit has no array factor.
+# Smallest number of slits in the fit of width ∝ N^exponent. With fewer slits, peaks are so wide that N·sin x of the
+# array factor differs from N·x; a single slit has no array factor.
 FITTED_FROM = 5
 # Largest accepted difference of the fitted exponent from −1.
 EXPONENT_TOLERANCE = 0.02
@@ -68,7 +70,7 @@ class Slits:
 
     @property
     def extent_um(self) -> float:
-        """Nd; for a single slit its width."""
+        """Nd, the extent of all slits; for a single slit its width."""
         return self.count * self.spacing_um if self.count > 1 else self.width_um
 
 
@@ -76,8 +78,8 @@ def relative_intensity(slits: Slits, sine, wavelength_nm) -> np.ndarray:
     """I of the module's formula; `sine` and `wavelength_nm` broadcast."""
     # d·sine/λ, a whole number at orders.
     order = slits.spacing_um * np.asarray(sine) / (np.asarray(wavelength_nm) / 1e3)
-    # The square of the array factor has the period 1 in `order`, so its x is measured from the nearest order. Small x
-    # avoid rounding errors in sin Nx.
+    # The square of the array factor has the period 1 in `order`. So x is measured from the nearest order, since sin Nx
+    # has smaller rounding errors at small x.
     x = np.pi * (order - np.round(order))
     array_factor = np.ones_like(x)
     beside = np.abs(x) > 1e-9
@@ -87,7 +89,7 @@ def relative_intensity(slits: Slits, sine, wavelength_nm) -> np.ndarray:
 
 
 def full_width(slits: Slits, wavelength_nm: float) -> float:
-    """Full width at half maximum of order 0 in the sine of the angle, in units of λ/(Nd), or of λ/a for one slit."""
+    """Full width at half maximum of order 0 in `sine`, in units of λ/(Nd), or of λ/a for one slit."""
     first_zero = wavelength_nm / 1e3 / slits.extent_um
     return width_at_half(lambda t: float(relative_intensity(slits, np.array([t * first_zero]), wavelength_nm)[0]))
 
@@ -113,7 +115,7 @@ def colour_weights() -> tuple[np.ndarray, np.ndarray]:
 
     The weights turn relative intensities of D65 into linear sRGB; their columns sum to 1.
     """
-    # The colour functions need a variant; the selected one is restored.
+    # Mitsuba's colour functions need a selected variant. The one that was selected before is restored.
     before = mi.variant()
     mi.set_variant("scalar_rgb")
     try:
@@ -130,10 +132,10 @@ def colour_weights() -> tuple[np.ndarray, np.ndarray]:
 
 
 def white_light(slits: Slits, sine, weights: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """Linear sRGB of D65 behind the slits, (len(sine), 3), with the `weights` of `colour_weights`.
+    """Linear sRGB of light of D65 behind the slits, (len(sine), 3), with the `weights` of `colour_weights`.
 
-    The slits pass the same power at all wavelengths. They spread it over a width in proportion to λ, so the intensity
-    has a factor 1/λ, which is normalised to 1 at COLOURED_NM.
+    The slits pass the same fraction of the power at all wavelengths. They spread it over a width in proportion to λ, so
+    the intensity has a factor 1/λ, which is normalised to 1 at COLOURED_NM.
     """
     wavelengths_nm, rgb = weights
     intensity = relative_intensity(slits, np.asarray(sine)[:, None], wavelengths_nm)
@@ -143,7 +145,8 @@ def white_light(slits: Slits, sine, weights: tuple[np.ndarray, np.ndarray]) -> n
 def figures() -> dict:
     """Draws both figures; returns sizes, a row for each number of slits, and white light's colour in the centre.
 
-    `exponent` is that of a fit of the width of order 0 ∝ N^exponent, `limit` the limit of the width in λ/(Nd).
+    `exponent` is fitted to the widths of order 0 as width ∝ N^exponent. `limit` is the limit of the width in λ/(Nd).
+    Raises SetupError unless the exponent is about −1.
     """
     folder = images(PART)
     draw_intensity(folder / "intensity.svg")
@@ -170,9 +173,9 @@ def figures() -> dict:
 def figures_of(slits: Slits) -> dict:
     """A row of the table, at PLOTTED_NM.
 
-    `zero_mm` is the first zero of order 0 on the screen. The width of order 0 is in mm on the screen, and in units of
-    its first zero. The far field is at distances large against `far_field_mm`: (Nd)²/λ, or a²/λ for
-    one slit.
+    - `zero_mm`: the position of the first zero of order 0 on the screen.
+    - `width_mm`, `width_in_zeros`: the width of order 0, in mm on the screen, and in sine over that of its first zero.
+    - `far_field_mm`: (Nd)²/λ, or a²/λ for one slit. The far field is at distances large against it.
     """
     width = full_width(slits, PLOTTED_NM)
     # Sine of the angle of the first zero. A place on the screen is DISTANCE_MM times the tangent, which is exact in
@@ -194,7 +197,10 @@ def sine_of(x_mm) -> np.ndarray:
 
 
 def draw_intensity(path: Path) -> None:
-    """Figure 1.5: relative intensity against position, for WIDE_COUNTS over a wide range and COUNTS about order 0."""
+    """Draws figure 1.5: relative intensity over position.
+
+    WIDE_COUNTS are drawn over a wide range, and COUNTS about order 0.
+    """
     figure = Figure(figsize=(11, 7.2), layout="constrained")
     wide, close = figure.subplots(2, 1)
     colours = ("0.4", "tab:blue", "tab:green", "tab:olive", "tab:orange", "tab:red", "black")
@@ -213,7 +219,7 @@ def draw_intensity(path: Path) -> None:
 
 
 def draw_colours(path: Path) -> list[float]:
-    """Figure 1.4: strips of green (above) and white light (below) for each count.
+    """Draws figure 1.4: strips of green (above) and of white light (below) for each number of slits.
 
     Returns linear sRGB of white light behind one slit in the centre of the screen.
     """
@@ -233,7 +239,7 @@ def draw_colours(path: Path) -> list[float]:
         # Strips of linear sRGB, (COLUMNS, 3). The largest channel in the centre is 1.
         intensity = relative_intensity(Slits(count), sine, COLOURED_NM).mean(axis=1)
         green = intensity[:, None] * green_rgb / green_rgb.max()
-        # Mean over the positions in a pixel. `sines` has one position of every pixel, (COLUMNS,).
+        # Mean over the positions in a pixel. `sines` has one position in every pixel, (COLUMNS,).
         white = np.mean([white_light(Slits(count), sines, weights) for sines in sine.T], axis=0) / centre_rgb.max()
         # The panel's axis y runs from −1 to 1: green from 0.04 to 1, white from −1 to −0.04.
         for strip, (low, high) in ((green, (0.04, 1)), (white, (-1, -0.04))):

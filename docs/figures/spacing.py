@@ -1,8 +1,12 @@
-"""The spacing of a grating from its peak angles by `sunbeam evaluate`, and pictures of the response.
+"""Finds a grating's spacing from the peak angles that `sunbeam evaluate` reports, and draws the response.
 
-Symbols: θi is the angle of incidence and λ the wavelength. θr is the angle of view at which the response S/λ² is
-largest, positive on the side of the light. The grating equation of order 1 gives the spacing λ/(sin θi + sin θr).
-Single 2014 is a thesis (docs/model.md#sources).
+- λ: the wavelength.
+- θi, θr: the angles of incidence and of view with the normal, positive on the side of the light.
+- Response: S/λ² in 1/sr, with the relief's power spectrum S in µm² (docs/model.md). It is the reflectance without the
+  Fresnel and obliquity factors.
+- Peak angle of a wavelength: the θr of the largest response.
+- Spacing: λ/(sin θi + sin θr) at the peak angle, by the grating equation of order 1.
+- Single 2014: a thesis by M. Single (docs/model.md#sources), whose figures are repeated.
 """
 
 from __future__ import annotations
@@ -21,15 +25,15 @@ from mitsuba_scenes.tool import sunbeam
 THETA_I_DEG = 75
 # Step between wavelengths, which Single 2014 does not give. A finer one averages the spacing over more wavelengths.
 WAVELENGTH_STEP_NM = 1
-# Step between angles of view, which Single 2014 does not give. The variance by rounding grows as its square
-# (`rounding_nm2`); a finer step takes longer.
+# Step between angles of view, which Single 2014 does not give. Rounding the peak angle to this step adds a variance to
+# the spacing that grows as step² (`rounding_nm2`). A finer step takes longer.
 ANGLE_STEP_DEG = 0.01
 # Step between wavelengths for scans, whose direct sum is slow.
 SCAN_WAVELENGTH_STEP_NM = 5
-# Step between angles for scans, whose peaks are some degrees wide.
+# Step between angles of view for scans, whose peaks are some degrees wide.
 SCAN_ANGLE_STEP_DEG = 0.1
-# Numbers of cells of a picture along wavelength and angle. A cell is a block of the response that is drawn as its
-# largest value, which keeps narrow lines visible.
+# Largest numbers of cells of a picture along wavelength and angle of view. A cell is a block of the response that is
+# drawn as its largest value, which keeps narrow lines visible.
 CELLS = (200, 250)
 
 
@@ -38,23 +42,21 @@ class Relief:
     """A surface: its name, the arguments of `sunbeam` that select it, and the searched range of angles of view."""
 
     name: str
-    words: tuple
+    arguments: tuple
     angles_deg: tuple[float, float]
     # The spacing by construction; `None` if it is not known.
     exact_nm: float | None = None
-    # The searched range of spacings, for scans alone; `None` searches all.
+    # The searched range of spacings; `None` searches all. `evaluate_scan` obeys it, `evaluate` does not.
     between_nm: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The report of `sunbeam evaluate`, and the response S/λ², an array (wavelengths, angles of view).
+    """The report of `sunbeam evaluate`, and the response, an array (wavelengths, angles of view).
 
-    S is the power density of the diffracted light (docs/tables.md).
-
-    The report has for each of `wavelengths_nm` the peak angle θr, `peaks_deg`. `mean_nm` and `variance_nm2` are those
-    of the spacing over the wavelengths. The angles of view go from the first to the second of `angles_deg`, in steps of
-    `angle_step_deg`.
+    - `wavelengths_nm`, `peaks_deg`: the wavelengths in equal steps, and the peak angle of each.
+    - `mean_nm`, `variance_nm2`: mean and variance of the spacing over the wavelengths.
+    - `angles_deg`, `angle_step_deg`: the range of the angles of view, without its end, and their step.
     """
 
     report: dict
@@ -68,12 +70,15 @@ class Evaluation:
     def within(self, low_nm: float, high_nm: float) -> Evaluation:
         """A copy whose peaks are searched among spacings from `low_nm` to `high_nm` alone.
 
-        Such a range excludes side lobes of order 0. At each wavelength some angle of view must have such a spacing.
+        Such a range excludes side lobes of order 0. Raises ValueError if no angle of view has such a spacing at some
+        wavelength.
         """
         nm = np.asarray(self.report["wavelengths_nm"])
         angles_deg = self.report["angles_deg"][0] + self.report["angle_step_deg"] * np.arange(self.response.shape[1])
         spacings_nm = spacing_nm(nm[:, None], angles_deg)
         inside = (spacings_nm >= low_nm) & (spacings_nm <= high_nm)
+        if not inside.any(axis=1).all():
+            raise ValueError(f"no angle of view has a spacing of {low_nm} to {high_nm} nm at some wavelength")
         # Responses are not negative, so angles with the response −1 are never the largest.
         peaks = np.argmax(np.where(inside, self.response, -1), axis=1)
         at_peaks = spacings_nm[np.arange(len(nm)), peaks]
@@ -96,24 +101,25 @@ def evaluate(
     wavelength_step_nm: float = WAVELENGTH_STEP_NM,
     angle_step_deg: float = ANGLE_STEP_DEG,
 ) -> Evaluation:
-    """Evaluates a surface by a method, which is given by its arguments of `sunbeam evaluate`."""
+    """Evaluates a surface by a method; `method` are the arguments of `sunbeam evaluate` that select the method."""
     low, high = relief.angles_deg
-    words = ["evaluate", "--theta-i", THETA_I_DEG, f"--angles={low},{high}", *relief.words, *method]
-    words += ["--wavelength-step", wavelength_step_nm, "--angle-step", angle_step_deg]
+    arguments = ["evaluate", "--theta-i", THETA_I_DEG, f"--angles={low},{high}", *relief.arguments, *method]
+    arguments += ["--wavelength-step", wavelength_step_nm, "--angle-step", angle_step_deg]
     with TemporaryDirectory() as scratch:
         npy = Path(scratch) / "response.npy"
-        return Evaluation(json.loads(sunbeam(*words, "--response", npy)), np.load(npy))
+        return Evaluation(json.loads(sunbeam(*arguments, "--response", npy)), np.load(npy))
 
 
 def evaluate_scan(relief: Relief) -> Evaluation:
     """Evaluates a scan that does not repeat, by the direct sum with one coherence window in its middle."""
-    words = ("--method", "exact", "--model", "patch", "--tiling", "aperiodic", "--no-cache")
-    found = evaluate(relief, *words, wavelength_step_nm=SCAN_WAVELENGTH_STEP_NM, angle_step_deg=SCAN_ANGLE_STEP_DEG)
+    # Each scan or part of one is evaluated once, so the cache would only grow.
+    arguments = ("--method", "exact", "--model", "patch", "--tiling", "aperiodic", "--no-cache")
+    found = evaluate(relief, *arguments, wavelength_step_nm=SCAN_WAVELENGTH_STEP_NM, angle_step_deg=SCAN_ANGLE_STEP_DEG)
     return found.within(*relief.between_nm) if relief.between_nm else found
 
 
 def rounding_nm2(found: Evaluation) -> float:
-    """Variance in nm² of the spacing by the rounding of θr to its grid alone.
+    """Variance in nm² of the spacing that rounding the peak angles to the grid of angles of view alone causes.
 
     Rounding errors are uniform over a step, with a variance of step²/12.
     """
@@ -124,7 +130,10 @@ def rounding_nm2(found: Evaluation) -> float:
 
 
 def largest_in_cells(response: np.ndarray, cells: tuple[int, int]) -> np.ndarray:
-    """The largest value in each cell of a grid with at most `cells` cells along the axes."""
+    """The largest value in each cell of a grid with at most `cells` cells along the axes.
+
+    Cells along an axis differ by at most one element of the response in size; pictures draw them equally wide.
+    """
     for axis, count in enumerate(cells):
         starts = np.unique(np.linspace(0, response.shape[axis], count, endpoint=False).astype(int))
         response = np.maximum.reduceat(response, starts, axis=axis)
@@ -139,13 +148,14 @@ def draw_panel(ax, title: str, relief: Relief, found: Evaluation) -> None:
     """
     nm, (low, high) = np.asarray(found.report["wavelengths_nm"]), found.report["angles_deg"]
     shown = np.sqrt(largest_in_cells(found.response / found.response.max(), CELLS))
-    # A wavelength's column extends from it to the next one.
+    # A value is drawn from its wavelength to the next one, and from its angle of view to the next one. The range of
+    # angles has a step beyond the last one already.
     step = nm[1] - nm[0]
     extent = (nm[0], nm[-1] + step, low, high)
     ax.imshow(shown.T, origin="lower", aspect="auto", extent=extent, cmap="summer", vmin=0, vmax=1)
     ax.plot(nm, found.report["peaks_deg"], color="red", linewidth=1.2, label="peaks")
     expected_nm = relief.exact_nm or found.report["mean_nm"]
-    # sin θr by the grating equation.
+    # sin θr by the grating equation, within ±1 for spacings longer than the wavelengths.
     sines = nm / expected_nm - np.sin(np.radians(THETA_I_DEG))
     label = f"grating equation, {expected_nm:.0f} nm"
     ax.plot(nm, np.degrees(np.arcsin(sines)), color="blue", linewidth=0.9, linestyle=(0, (5, 4)), label=label)
@@ -155,7 +165,7 @@ def draw_panel(ax, title: str, relief: Relief, found: Evaluation) -> None:
 
 
 def draw(path: Path, panels: list[list[tuple[str, Relief, Evaluation] | None]]) -> None:
-    """Draws rows of panels, each with a title; `None` leaves a panel empty."""
+    """Draws rows of equally many panels (title, relief, evaluation) into the file `path`; `None` leaves one empty."""
     rows, columns = len(panels), len(panels[0])
     figure = Figure(figsize=(3.9 * columns, 3.3 * rows), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False)

@@ -1,9 +1,11 @@
 """Part `speed-error` of the documentation (page.py): time and error of every method, on presets and a scan.
 
 `sunbeam bench` measures the methods of docs/realtime.md, such as FLSS, NMM and PQ. An *entry* is a method with its
-options, measured on a surface. Its errors over directions are the mean and the 99th percentile of ΔE2000, the colour
-difference CIEDE2000, and RMSEs of spectra, RGB and XYZ. It is *on the front*, the Pareto front of CPU time and ΔE2000,
-if no other entry beats it (crates/cli/src/benchmarks/methods/pareto.rs). A second front compares only entries of one
+options, measured on a surface. An entry has errors over directions: the mean and the 99th percentile of ΔE2000, the
+colour difference CIEDE2000, and root mean square errors (RMSE) of spectra, RGB and XYZ.
+
+An entry is *on the front*, the Pareto front of CPU time and ΔE2000, if no other entry is clearly better in one and at
+least as good in the other (crates/cli/src/benchmarks/methods/pareto.rs). A second front compares only entries of one
 method, also by the RMSE of the spectrum.
 """
 
@@ -21,7 +23,7 @@ from .page import images
 PART = "speed-error"
 # Limits of ΔE2000 for which the fastest entries are listed; an eye just notices 1.
 DELTA_E_LIMITS = (10.0, 3.0, 1.0, 0.5, 0.1, 0.01)
-# Texts of an entry's parameters by name, for `str.format`.
+# Texts of an entry's options in its label, by the option's name, for `str.format`.
 PARAMETERS = {
     "lambda_step_nm": "{:g} nm",
     "terms": "{} terms",
@@ -31,18 +33,21 @@ PARAMETERS = {
 }
 
 
-def figures(scan: Path = SCAN, *words: str) -> dict:
+def figures(scan: Path = SCAN, *arguments: str) -> dict:
     """All numbers of the part, from runs on the presets and on the scan if present; draws a plot of each run.
 
-    `words` are further arguments of `sunbeam bench`. `adapter` is the GPU, or `no_adapter` the reason why none
-    is measured. `effort` has settings of the run, such as its number of directions. `incident_deg` are the angles
-    (θ, φ) of incidence. `seconds` is the time of the run on the presets.
+    `arguments` are further ones of `sunbeam bench`.
+
+    - `adapter`, `no_adapter`: the GPU, or the reason why none is measured.
+    - `effort`: settings of the run, such as its number of directions.
+    - `incident_deg`: the angle of incidence θ and the azimuth φ of each light.
+    - `seconds`: the time of the run on the presets.
     """
     folder = images(PART)
-    report = measured("--plot", folder / "presets.svg", *words)
+    report = measured("--plot", folder / "presets.svg", *arguments)
     surfaces = report["surfaces"]
     if scan.exists():
-        of_scan = measured("--plot", folder / "scan.svg", "--height-field", scan, *words)
+        of_scan = measured("--plot", folder / "scan.svg", "--height-field", scan, *arguments)
         surfaces += [{**surface, "name": f"scan of {surface['name']}"} for surface in of_scan["surfaces"]]
     return {
         "cpu": processor(),
@@ -56,11 +61,11 @@ def figures(scan: Path = SCAN, *words: str) -> dict:
     }
 
 
-def measured(*words) -> dict:
-    """The report of `sunbeam bench` with the arguments `words`."""
+def measured(*arguments) -> dict:
+    """The report of `sunbeam bench` with these `arguments`."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "bench.json"
-        sunbeam("bench", "--json", file, *words)
+        sunbeam("bench", "--json", file, *arguments)
         return json.loads(file.read_text())
 
 
@@ -70,9 +75,9 @@ def surface_figures(surface: dict) -> dict:
     - `kappa_h`: κH, the largest phase in radians about the middle of the heights' range, at 380 nm and normal
       incidence and reflection.
     - `oracle`: errors of the benchmark's reference against the oracle, the direct sum in double precision.
-    - `defaults`: each method with its default options. `off_front` names those that another entry of the method beats.
+    - `defaults`: each method with its default options. `off_front` has the labels of those not on their method's front.
     - `choices`: for each of DELTA_E_LIMITS the fastest entry of any method, and the fastest of FLSS.
-    - `steps`: FLSS with its default options, at every measured wavelength step.
+    - `steps`: FLSS with its default options, at every measured step between wavelengths.
     - `taylor`: FLSS with Taylor's series.
     - `orders`: FLSS with Chebyshev's series in steps of 5 nm, with all numbers of orders and terms and all tolerances.
     - `others`: the methods NMM, PQ and Stam.
@@ -81,7 +86,7 @@ def surface_figures(surface: dict) -> dict:
     """
     entries = [entry_figures(entry) for entry in surface["entries"]]
     flss = of_method(entries, "flss")
-    # The default options, apart from the wavelength step (`entry_figures`).
+    # Identifies the default options, apart from the step between wavelengths (`entry_figures`).
     default_group = next(entry["group"] for entry in flss if entry["is_default"])
     return {
         "name": surface["name"],
@@ -108,13 +113,15 @@ def surface_figures(surface: dict) -> dict:
 
 
 def entry_figures(entry: dict) -> dict:
-    """The page's numbers of one entry, rounded; times are medians over the repetitions, per evaluation.
+    """The page's numbers of one entry, rounded.
 
-    `model` is the coherence model, `patch` or `ensemble` (docs/model.md). `group` identifies all options but the
-    wavelength step. `mb` and `build_s` are size in megabytes and build time in seconds of the method's data.
-    `cpu_ratio` is the ratio to the CPU time of FLSS with its default options. `gpu_…` are `None` without an adapter and
-    for tables of spectra; `gpu_least_us` is the smallest time instead of the median. Errors have the names of the
-    report: `delta_e_mean`, `delta_e_p99`, `spectral_rmse`, `rgb_rmse`, `xyz_rmse`.
+    - `model`: the coherence model, `patch` or `ensemble` (docs/model.md#coherence).
+    - `group`: identifies all options but the step between wavelengths.
+    - `mb`, `build_s`: size in megabytes and build time in seconds of the method's data.
+    - `cpu_us`, `gpu_us`: the time of an evaluation, a median over repetitions. `gpu_least_us` is the smallest time.
+      Times on the GPU are `None` without an adapter and for tables of spectra.
+    - `cpu_ratio`: the CPU time over that of FLSS with its default options.
+    - Errors have the names of the report: `delta_e_mean`, `delta_e_p99`, `spectral_rmse`, `rgb_rmse`, `xyz_rmse`.
     """
     gpu = entry.get("gpu")
     parameters = entry["parameters"]
@@ -138,18 +145,18 @@ def entry_figures(entry: dict) -> dict:
 
 
 def label(entry: dict) -> str:
-    """The method and its parameters as text, such as "flss: 5 nm, 1×1 orders, Chebyshev, 12 terms"."""
-    words = []
+    """The method and its options as text, such as "flss: 5 nm, 1×1 orders, Chebyshev, 12 terms"."""
+    texts = []
     for name, value in entry["parameters"].items():
         if name == "series":
-            words.append(value.capitalize())
+            texts.append(value.capitalize())
         elif name == "weighted":
-            words.append("weighted" if value else "unweighted")
+            texts.append("weighted" if value else "unweighted")
         else:
-            words.append(PARAMETERS.get(name, f"{name} {{}}").format(value))
-    # Tables exist for both models and are of the ensemble unless named. The other methods are always of the patch.
+            texts.append(PARAMETERS.get(name, f"{name} {{}}").format(value))
+    # Tables exist for both coherence models; only `patch` is named. The other methods exist for `patch` alone.
     model = " (patch)" if entry["model"] == "patch" and "table" in entry["method"] else ""
-    return f"{entry['method']}{model}" + (": " + ", ".join(words) if words else "")
+    return f"{entry['method']}{model}" + (": " + ", ".join(texts) if texts else "")
 
 
 def rounded(value: float | None) -> float | None:

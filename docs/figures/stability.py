@@ -1,12 +1,14 @@
 """Part `stability` of the documentation (page.py): errors for deep reliefs and grazing directions.
 
-It also has random evaluations in Mitsuba, *questions* (questions.py). Symbols: κ is the phase rate and H half the range
-of heights, so κH is the largest phase in radians. S is the relief's power spectrum (docs/tables.md). *Taylor* and
-*Chebyshev* are series for the phase screen, and FLSS is a method that uses them (docs/model.md). A *point* of the
-report has the errors at one κH, or at one angle of incidence.
+It also has random evaluations in Mitsuba, *questions* (questions.py).
 
-The error of a series is the largest absolute error of an order's amplitude. Errors of S are relative. Points ascend in
-κH.
+- κ, H: the phase rate, the phase per height of the relief, and half the range of heights. κH is the largest phase in
+  radians about the middle of the heights.
+- S: the relief's power spectrum (docs/tables.md). Errors of S are relative.
+- *Taylor*, *Chebyshev*: two series for the phase screen (docs/model.md#the-two-expansions). The error of a series is
+  the largest absolute error of an order's amplitude.
+- FLSS: a method that uses either series (docs/realtime.md).
+- *Point* of the report of `sunbeam bench`: the errors at one κH, or at one angle of incidence. Points ascend in κH.
 """
 
 from __future__ import annotations
@@ -29,11 +31,11 @@ PART = "stability"
 QUESTIONS = (10_000_000, 100)
 # The numbers of QUESTIONS in a quick run, `--quick`.
 QUICK_QUESTIONS = (20_000, 2)
-# Value at which larger errors and overflows are drawn. Amplitudes are at most 1, so no digit is right there.
+# Value at which larger errors and overflows are drawn. Amplitudes are at most 1, so no digit is right at such an error.
 LOST = 10.0
-# Value at which smaller errors, such as 0, are drawn on a logarithmic axis.
+# Value at which smaller errors, such as 0, are drawn on the logarithmic axis of the plot over κH.
 LEAST = 1e-17
-# Value at which smaller errors of S are drawn in the plot over the angle.
+# Value at which smaller errors of S are drawn in the plot over the angle of incidence.
 LEAST_GRAZING = 1e-12
 # Curves over κH: key in the report, label, colour and line style. "99 %" is the 99th percentile of the error.
 SERIES = (
@@ -47,28 +49,28 @@ SERIES = (
 )
 
 
-def figures(*words: str) -> dict:
-    """All numbers of the part; draws the sweeps. `words` are further arguments of `sunbeam bench`.
+def figures(*arguments: str) -> dict:
+    """All numbers of the part; draws the sweeps. `arguments` are further ones of `sunbeam bench`.
 
     The numbers are the command's report, and
 
     - `in_mitsuba`: the results of `questions`;
     - `deepest`: the point of the deepest relief;
     - `visible`: the first point at which Taylor's series in single precision is off by more than 1e-3;
-    - `dead_f32`, `dead_f64`: the first points at which it is off by more than 1, the largest amplitude, in single and
-      in double precision;
-    - `worst`, `flss_worst`: the largest value over κH of Chebyshev's errors and the tables' `table_p99`, and of
-      `flss_p99`;
+    - `dead_f32`, `dead_f64`: the first points at which Taylor's series is off by more than 1, the largest amplitude, in
+      single and in double precision;
+    - `worst`: the largest value over all points of each of Chebyshev's errors, and of the tables' `table_p99`;
+    - `flss_worst`: the largest value over all points of `flss_p99`;
     - `refused`: the first κH at which FLSS refuses Taylor's series, or `None`.
     """
-    report = json.loads(sunbeam("bench", "--what", "stability", *words))
+    report = json.loads(sunbeam("bench", "--what", "stability", *arguments))
     folder = images(PART)
     draw_deep(report["deep_relief"], folder / "deep-relief.svg")
     draw_grazing(report["grazing"], folder / "grazing.svg")
     deep = report["deep_relief"]
     return {
         **report,
-        "in_mitsuba": questions(*(QUICK_QUESTIONS if "--quick" in words else QUESTIONS)),
+        "in_mitsuba": questions(*(QUICK_QUESTIONS if "--quick" in arguments else QUESTIONS)),
         "seconds": round(report["seconds"]),
         "deepest": deep[-1],
         "visible": first_above(deep, "taylor_f32", 1e-3),

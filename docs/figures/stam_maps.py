@@ -1,9 +1,11 @@
 """Stam's shader of GPU Gems and FLSS in BRDF maps at normal incidence: peak angles and symmetry.
 
-The shader is called *GPU Gems' form*. In each order n, each colour channel has a peak, its *bump*. A bump is centred
-where d|u|/n is a fixed wavelength. d is the spacing of the grooves, and u the x component of wi + wo, the directions to
-light and viewer (docs/realtime.md#stam-and-the-shader-of-gpu-gems). The reference is FLSS, full lambda spectral
-sampling (docs/realtime.md). A map's pixels are direction sines in [−1, 1]².
+The shader is called *GPU Gems' form* (docs/realtime.md#stam-and-the-shader-of-gpu-gems). In each order n, each colour
+channel has a peak, its *bump*. The bump is centred where d|u|/n is a fixed wavelength. d is the spacing of the grooves,
+and u the x component of wi + wo, the sum of the directions to light and viewer. The reference is the method FLSS, full
+lambda spectral sampling (docs/realtime.md).
+
+A *BRDF map* is a picture of the BRDF over outgoing directions. Its pixels are direction sines in [−1, 1]².
 """
 
 from __future__ import annotations
@@ -23,11 +25,12 @@ from .rgb_against_spectral import LUMINANCE
 PEAKS_SIZE = 401
 # Side of the maps for symmetry in pixels; odd, so that the middle column belongs to neither half.
 SYMMETRY_SIZE = 101
-# Centres of GPU Gems' bumps as wavelengths, for red, green and blue (`src/methods/stam_gems.rs`).
+# Wavelengths of the centres of GPU Gems' bumps, for red, green and blue (`src/methods/stam_gems.rs`).
 GEMS_CENTRES_UM = (0.875, 0.75, 0.625)
-# Range of wavelengths of an order in GPU Gems' form, in which its peak is searched: centres ± half widths of 0.125 µm.
+# Range of wavelengths in which the peaks of an order are searched in GPU Gems' form: the bumps are 0.125 µm wide to
+# either side of their centres.
 GEMS_RANGE_UM = (0.5, 1.0)
-# Range of wavelengths of an order in FLSS, in which its peak is searched: the visible range.
+# Range of wavelengths in which the peaks of an order are searched in FLSS: the visible range.
 FLSS_RANGE_UM = (0.38, 0.78)
 # Options of `sunbeam brdf-map` for GPU Gems' form.
 GEMS = {"method": "stam", "stam_form": "gems"}
@@ -48,7 +51,7 @@ class Peaks:
 
 
 def brdf_map(folder: Path, skin: dict, size: int, options: dict) -> np.ndarray:
-    """The map of a surface at normal incidence in linear sRGB, (size, size, 3), rows from the top down.
+    """The BRDF map of a surface at normal incidence in linear sRGB, (size, size, 3), rows from the top down.
 
     `skin` has parameters of the plugin, `options` those of the method.
     """
@@ -60,7 +63,7 @@ def brdf_map(folder: Path, skin: dict, size: int, options: dict) -> np.ndarray:
 def peaks(pixels: np.ndarray, spacing_um: float, range_um: tuple[float, float]) -> Peaks:
     """Peaks of order 1 on the +x side of a map's middle row, for a spacing and wavelengths in the range `range_um`.
 
-    The spacing must exceed the shortest of them, and no channel may be constant about its peak.
+    The spacing must exceed the shortest wavelength, and no channel may be constant about its peak.
     """
     size = len(pixels)
     row, sine = pixels[size // 2], (np.arange(size) + 0.5) * 2 / size - 1
@@ -68,6 +71,7 @@ def peaks(pixels: np.ndarray, spacing_um: float, range_um: tuple[float, float]) 
     first = np.flatnonzero((sine > range_um[0] / spacing_um) & (sine < range_um[1] / spacing_um))
     found = []
     for channel in range(3):
+        # Index of the brightest pixel of the order.
         top = first[np.argmax(row[first, channel])]
         before, at, after = row[top - 1 : top + 2, channel]
         # Vertex of the parabola through three pixels, as an offset in pixels.

@@ -1,9 +1,10 @@
-"""Pictures of the snake or of a disc by the realtime renderer or path-traced, on sheets with captions.
+"""Pictures of the snake or of a compact disc, on sheets with captions.
 
 A `Shot` describes a picture, the `Studio` renders it, and `draw` arranges the shots of a `Sheet` in one picture file.
-Captions have the times; `draw` returns them with the differences from path-traced pictures.
+Captions have the rendering times. `draw` returns the times and the differences from path-traced pictures.
 
-The GPU's pictures are made by the command `sunbeam render`, the path-traced ones by Mitsuba with the plugin.
+Pictures are drawn on the GPU by the realtime renderer, the command `sunbeam render`, or path-traced by Mitsuba with the
+plugin. Single 2014 is M. Single's thesis, whose figures the sheets repeat.
 """
 
 from __future__ import annotations
@@ -33,14 +34,14 @@ from .disc import write_disc
 SNAKE = View(240, 160)
 # Default number of rays along each side of a pixel on the GPU. More smooth edges and glints, and take longer.
 SUPERSAMPLE = 2
-# Number of Mitsuba's passes. The first includes the compilation of kernels, so the second is timed.
+# Number of Mitsuba's passes over a picture. The first includes the compilation of kernels, so the second is timed.
 PASSES = 2
-# Samples per pixel in Mitsuba, of all passes: 36 in each, since the sampler needs a square number.
+# Samples per pixel in Mitsuba, of all passes together: 36 in each, since the sampler needs a square number.
 SPP = 72
 # The default sun of `Light`, without sky, which the realtime renderer lacks.
 SUN = Light(sun="directional", sky_radiance=0)
 # Factor on the number of quadrilaterals of the snake's mesh in each direction. With 1 the mesh has about as many faces
-# as that of the thesis Single 2014.
+# as that of Single 2014.
 RESOLUTION = 1.0
 # Refractive index η + ik of aluminium near the middle of the visible range, rounded; one value for all wavelengths.
 ALUMINIUM = {"eta": 1.0, "k": 6.9}
@@ -50,10 +51,12 @@ ALUMINIUM = {"eta": 1.0, "k": 6.9}
 class Shot:
     """A picture: on the GPU by a realtime `method` with its `options`, or path-traced (`method` None).
 
-    `skin` has parameters of the plugin. `options` has further ones of the realtime method alone, which a path-traced
-    picture ignores. The GPU takes only the sun's direction of `light`. The object is the snake, with or without its
-    `pigment`, or the `disc`, whose shots must have `pigment=False`. `mark` draws onto the picture of the sheet;
-    comparisons use the picture without it.
+    - `skin`: the surface, as parameters of the plugin. `options`: further ones of the realtime method alone, which a
+      path-traced picture ignores.
+    - `light`: on the GPU only the direction of its sun counts.
+    - `pigment`, `disc`: the object is the snake, with or without its pigment, or the compact disc. Shots of the disc
+      must have `pigment=False`.
+    - `mark`: draws onto the picture of the sheet. Comparisons use the picture without the mark.
     """
 
     caption: str
@@ -79,7 +82,7 @@ class Shot:
 
 
 class Taken(NamedTuple):
-    """The result of `shoot`: a linear picture, the displayed one, and the seconds of the rendering alone."""
+    """The result of `shoot`: the linear picture, the displayed picture, and the seconds of the rendering alone."""
 
     exr: Path
     png: Path
@@ -90,7 +93,7 @@ class Taken(NamedTuple):
 class Sheet:
     """Rows of shots for one picture file NAME.jpg.
 
-    `title` and `figure`, the number of the figure in Single 2014 that the sheet repeats, go to the data.
+    `title`, and the number `figure` of the figure of Single 2014 that the sheet repeats, are copied to the data.
     """
 
     name: str
@@ -115,7 +118,7 @@ class Studio:
         self.folder = folder
         self.supersample = supersample
         self.snake = snake_files(resolution)
-        # The disc gets the snake's pigment only because a pigment is required; its shots do not show it.
+        # `SnakeFiles` requires a pigment, so the disc gets the snake's; shots of the disc do not show it.
         self.disc = SnakeFiles(write_disc(folder / "disc.ply"), self.snake.pigment)
         self.adapter = ""
         self._taken: dict[str, Taken] = {}
@@ -126,8 +129,8 @@ class Studio:
         key = shot.picture_key()
         if key not in self._taken:
             exr = self.folder / f"{len(self._taken)}.exr"
-            # Optical parameters, which both renderers get. Stam's obliquity factor is that of Single 2014; for a metal
-            # it is the default.
+            # Optical parameters, which both renderers get. Stam's obliquity factor is that of Single 2014. It is the
+            # default for a metal, so only the dielectric names it.
             optics = ALUMINIUM if shot.disc else {"eta": KERATIN, "obliquity": "stam"}
             take = self._path_trace if shot.method is None else self._draw_on_gpu
             seconds = take(shot, self._files(shot), optics, exr)
@@ -139,11 +142,11 @@ class Studio:
         key = repr((shot.view, shot.disc))
         if key not in self._masks:
             npy = self.folder / f"mask-{len(self._masks)}.npy"
-            # `--pairs` writes unit vectors to sun and camera at the pixels' centres, (rows, columns, 8). They do not
-            # depend on surface and method; these are the fastest. The method needs a period, and a flat surface has
-            # none.
-            words = ["--method", "stam", "--preset", "flat", "--period-um", 1, "--mesh", self._files(shot).mesh]
-            sunbeam("render", "-o", npy.with_suffix(".exr"), "--pairs", npy, *words, *view_words(shot.view))
+            # `--pairs` writes an array (rows, columns, 8) that begins with the unit vectors to sun and camera at the
+            # pixels' centres. They do not depend on surface and method, so the fastest are taken. The method `stam`
+            # needs a period, and a flat surface has none.
+            arguments = ["--method", "stam", "--preset", "flat", "--period-um", 1, "--mesh", self._files(shot).mesh]
+            sunbeam("render", "-o", npy.with_suffix(".exr"), "--pairs", npy, *arguments, *view_arguments(shot.view))
             # The vectors to the camera, zero where the pixel's centre does not see the mesh.
             to_camera = np.load(npy)[..., 3:6]
             Image.fromarray(np.uint8(255 * to_camera.any(axis=-1))).save(npy.with_suffix(".png"))
@@ -170,29 +173,29 @@ class Studio:
     def _draw_on_gpu(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
         """Draws a shot by the realtime renderer into `exr` and a PNG beside it; returns seconds on the GPU."""
         light = shot.light
-        words = ["render", "-o", exr, "--png", exr.with_suffix(".png"), "--exposure", EXPOSURE_STOPS]
-        words += ["--method", shot.method, "--mesh", files.mesh, "--supersample", self.supersample]
-        words += view_words(shot.view)
-        words += ["--light-azimuth", light.azimuth_deg, "--light-elevation", light.elevation_deg]
-        words += [] if shot.pigment else ["--blend", "none"]
+        arguments = ["render", "-o", exr, "--png", exr.with_suffix(".png"), "--exposure", EXPOSURE_STOPS]
+        arguments += ["--method", shot.method, "--mesh", files.mesh, "--supersample", self.supersample]
+        arguments += view_arguments(shot.view)
+        arguments += ["--light-azimuth", light.azimuth_deg, "--light-elevation", light.elevation_deg]
+        arguments += [] if shot.pigment else ["--blend", "none"]
         # Later parameters replace earlier ones of the same name.
         surface = {**shot.skin, **optics, **shot.options}
         if shot.options.get("stam_form") == "gems":
             # The form of Stam's shader in GPU Gems. The obliquity factor has no effect on it, and the command refuses
             # it.
             surface.pop("obliquity", None)
-        report = json.loads(sunbeam(*words, *realtime.surface_words(surface)))
+        report = json.loads(sunbeam(*arguments, *realtime.surface_words(surface)))
         # The adapter's name without the driver's version.
         self.adapter = report["adapter"].split(" (")[0]
         return report["gpu_ms"] / 1e3
 
 
-def view_words(view: View) -> list:
+def view_arguments(view: View) -> list:
     """The arguments of `sunbeam render` for size and camera."""
-    words = ["--size", f"{view.width}x{view.height}", "--fov", view.fov_deg]
+    arguments = ["--size", f"{view.width}x{view.height}", "--fov", view.fov_deg]
     for name, position_cm in (("origin", view.origin_cm), ("target", view.target_cm)):
-        words += [f"--camera-{name}", ",".join(map(str, position_cm))]
-    return words
+        arguments += [f"--camera-{name}", ",".join(map(str, position_cm))]
+    return arguments
 
 
 def seconds_text(seconds: float) -> str:
@@ -211,7 +214,7 @@ class Drawn(NamedTuple):
 def compare_earlier(reference: Drawn, earlier: list[Drawn]) -> None:
     """Adds the differences from a path-traced reference to the figures of earlier GPU pictures of the same scene.
 
-    The differences are means of CIEDE2000, `delta_e_mean`, and of FLIP, `flip`.
+    The differences are the means over the picture of CIEDE2000, `delta_e_mean`, and of FLIP, `flip`.
     """
     for other in earlier:
         if other.shot.method is not None and other.shot.scene_key() == reference.shot.scene_key():
@@ -223,9 +226,8 @@ def compare_earlier(reference: Drawn, earlier: list[Drawn]) -> None:
 def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -> dict:
     """Writes the sheet into `folder` with pictures `width` pixels wide; returns the figures of its pictures.
 
-    `pictures` lists all pictures row by row, and `compared` the GPU pictures that have a path-traced reference, a shot
-    of the same `scene_key`. The reference must follow them on the sheet. `delta_e_mean` and `flip` are `None` without a
-    reference.
+    `pictures` lists all pictures row by row, and `compared` the GPU pictures that have a path-traced reference. The
+    reference is a later shot of the sheet with the same `scene_key`. `delta_e_mean` and `flip` are `None` without one.
     """
     cells: list[list[tuple[Path, str]]] = []
     entries: list[Drawn] = []

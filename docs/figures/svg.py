@@ -1,4 +1,7 @@
-"""Plots as SVG with text instead of outlines; equal numbers give identical files. The import configures Matplotlib."""
+"""Plots as SVG with text instead of outlines; equal numbers give identical files.
+
+The import of this module configures Matplotlib.
+"""
 
 from __future__ import annotations
 

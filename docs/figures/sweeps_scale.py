@@ -2,9 +2,10 @@
 
 A *sweep* computes many cases in parallel and stores their results (docs/sweeps.md). A *case* is a surface in one
 setting, here an angle of incidence. The *driver* sends cases to workers in batches, through the scheduler of Dask.
+
 Sweeps run as users run them, in processes of their own. They are compared with a plain loop over the same cases in one
-process. Scripts in other processes measure the costs of the steps of a case: to compute, write and read its result.
-These costs are the input of the simulation.
+process. Scripts in other processes measure what the steps of a case cost: computing, writing and reading its result.
+These costs are the input of the simulation (sweeps_simulation.py).
 """
 
 from __future__ import annotations
@@ -29,13 +30,14 @@ PART = "sweeps-scale"
 PACKAGE = REPOSITORY / "python"
 # Number of cases of the sweeps that are compared with plain loops. Each case takes about a second.
 CASES = 60
-# Number of cases without computation, for the memory of the scheduler.
+# Number of cases of the sweep that measures the scheduler's memory. Its cases compute nothing.
 TRIVIAL = 100_000
-# Number of cases of a finished sweep that runs again.
+# Number of cases of the finished sweep that runs again. Its cases compute nothing.
 FINISHED = 10_000
-# Number of cases without computation in batches of one case, from which the cost of a batch follows.
+# Number of cases of the sweep whose batches have one case each, from which the cost of a batch follows. They compute
+# nothing.
 BATCHES = 1000
-# Number of cases by which the costs of results without pictures are measured.
+# Number of cases in the loop that measures the costs of results without pictures.
 SMALL_CASES = 500
 # Numbers of workers in the simulation.
 WORKERS = (10, 100, 1000)
@@ -43,12 +45,14 @@ WORKERS = (10, 100, 1000)
 SURFACES = 100_000
 # Assumed time of a worker for a case of the simulation, with its tables.
 CASE_SECONDS = 5.0
-# Assumed shared file systems: fast (in files/s), slow, and fast with the cache of tables (in bytes/s).
+# Assumed shared file systems: a fast one, a slow one, and a fast one that also has the cache of tables (in bytes/s).
 STORAGES = (
     Storage("2000 files/s", 2000.0),
     Storage("200 files/s", 200.0),
     Storage("2000 files/s, with the cache at 100 MB/s", 2000.0, 1e8),
 )
+# The following four bounds are those that sentences of the page state (`check`).
+#
 # Largest accepted overhead relative to a plain loop.
 OVERHEAD_MAX = 0.05
 # Smallest accepted speed-up of two workers.
@@ -75,9 +79,9 @@ theta_i_deg = {theta_i_deg}
 MAP = {"want": "map", "options": "size = 256\nlambda_step_nm = 2.5"}
 # Fields of SPEC for a colour, which takes almost no time.
 COLOUR = {"want": "colour", "options": "samples = 16\ngamut = false\nlambda_step_nm = 20"}
-# Main program of a measured sweep, for `str.format`: prints the process's largest memory in KiB after the sweep.
+# Main program of a measured sweep, for `str.format`. After the sweep it prints its process's largest memory in KiB.
 # Spawned workers import the main program, so it is a file and does nothing when imported. `batch_cases` replaces the
-# driver's limit of the cases in a batch; None keeps it.
+# driver's limit of the cases in a batch; None keeps the driver's.
 PROGRAM = """
 if __name__ == "__main__":
     import resource
@@ -93,8 +97,9 @@ if __name__ == "__main__":
     sys.exit(code)
 """
 # Script that runs a specification's cases in a plain loop; prints the costs of a case's steps in seconds and bytes.
-# Bytes of messages between driver and worker are those of their pickled contents. HeldSurfaces keeps surfaces by their
-# parameters; its argument 0 means no limit of memory. Done is a worker's answer: whether each case failed, and seconds.
+# Messages between driver and worker have the sizes of their pickled contents. HeldSurfaces keeps surfaces by their
+# parameters; its argument 0 means no limit of memory. Done is a worker's answer to a batch: whether each case failed,
+# and the seconds that the batch took.
 CASE_COSTS = """
 import json, pickle, sys, time
 from sunbeam_mitsuba.sweep.spec import read_spec
@@ -166,7 +171,7 @@ def figures() -> dict:
         parts, small, tables = case_and_table_costs(Path(temporary))
     waiting, maps, finished, trivial = (runs[name] for name in ("waiting", "maps", "finished", "trivial"))
     start_seconds = runs["single"]["seconds"]
-    # The sweep of a single case, which computes nothing, has the fixed cost of a sweep alone.
+    # The sweep of a single case, which computes nothing, takes the fixed time of any sweep.
     batch_seconds = (runs["batches"]["seconds"] - start_seconds) / BATCHES
     costs = Costs(
         batch_seconds=batch_seconds,
@@ -230,7 +235,7 @@ def case_and_table_costs(folder: Path) -> tuple[dict, dict, list[dict]]:
 
 
 def row(workers: int, run: dict, loop_seconds: float, one: dict) -> dict:
-    """A sweep's `run` against the plain loop over its cases, and against the run with `one` worker.
+    """A sweep's `run` with these `workers` against the plain loop over its cases, and against the run `one`, with one.
 
     `overhead` is the total time of the workers over the loop's, minus 1. `speed_up` is the time with one worker over
     that of this run.
@@ -273,9 +278,9 @@ def write_spec(folder: Path, count: int, want: dict) -> Path:
     return path
 
 
-def run_script(script: str, *words: object, env: dict[str, str]) -> Any:
-    """The JSON output of a Python script with the arguments `words`."""
-    done = subprocess.run([sys.executable, "-c", script, *map(str, words)], env=env, capture_output=True, text=True)
+def run_script(script: str, *arguments: object, env: dict[str, str]) -> Any:
+    """The JSON output of a Python script with these `arguments`."""
+    done = subprocess.run([sys.executable, "-c", script, *map(str, arguments)], env=env, capture_output=True, text=True)
     if done.returncode != 0:
         raise SetupError(f"a measurement of sweeps failed: {last_line(done.stderr)}")
     return json.loads(done.stdout)
@@ -310,8 +315,8 @@ def sweep(
     program = folder / "program.py"
     program.write_text(PROGRAM.format(batch_cases=batch_cases))
     start = time.perf_counter()
-    words = [sys.executable, str(program), str(spec), "--workers", str(workers)]
-    done = subprocess.run(words, env=environment(**variables), capture_output=True, text=True)
+    arguments = [sys.executable, str(program), str(spec), "--workers", str(workers)]
+    done = subprocess.run(arguments, env=environment(**variables), capture_output=True, text=True)
     seconds = time.perf_counter() - start
     if done.returncode != 0:
         raise SetupError(f"a measured sweep failed: {last_line(done.stderr)}")

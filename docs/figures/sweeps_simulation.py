@@ -1,10 +1,13 @@
 """A discrete-event simulation of a sweep with any number of workers, by the measured costs of its steps.
 
-Two servers handle one request at a time: the driver with its scheduler, and the shared file system. Workers compute in
-parallel, one in each thread of the cluster. A *case* is a surface in one setting (docs/sweeps.md). A worker requests a
-batch of cases from the driver and computes them one by one. It writes each result to the file system before it begins
-the next case. Times are in seconds. Batches of the driver also shrink towards the end of a sweep, which the simulation
-leaves out. A test compares the constants of the driver with the copies below.
+A *sweep* computes many cases in parallel and stores their results (docs/sweeps.md). A *case* is a surface in one
+setting. The *driver* hands out batches of cases through a scheduler. Workers compute in parallel, one in each thread of
+the cluster. A worker requests a batch from the driver and computes its cases one by one. It writes each result to the
+shared file system before it begins the next case. The driver with its scheduler and the file system are two *servers*,
+each of which handles one request at a time.
+
+Times are in seconds. Real batches also shrink towards the end of a sweep, which the simulation leaves out. A test
+compares the driver's constants, in `sunbeam_mitsuba.sweep.drive`, with the copies below.
 """
 
 from __future__ import annotations
@@ -12,13 +15,14 @@ from __future__ import annotations
 import heapq
 from dataclasses import dataclass
 
-# Target duration of a batch, equal to that of `sunbeam_mitsuba.sweep.drive`.
+# Smallest target duration of a batch, equal to that of `drive`.
 BATCH_SECONDS = 1.0
-# Target duration of a batch for each thread of the cluster, where this exceeds BATCH_SECONDS; equal to that of `drive`.
+# Target duration of a batch for each thread of the cluster, where the sum over threads exceeds BATCH_SECONDS; equal to
+# that of `drive`.
 BATCH_SECONDS_PER_THREAD = 0.01
 # Largest number of cases in a batch, equal to that of `drive`.
 BATCH_CASES_MAX = 500
-# Fraction of the time in use above which a server counts as the limit of the sweep. Chosen: requests then mostly wait.
+# Fraction of the time in use above which a server counts as the limit of the sweep: most requests then wait for it.
 BUSY = 0.8
 
 
@@ -26,11 +30,11 @@ BUSY = 0.8
 class Costs:
     """Costs of a sweep's steps."""
 
-    # Driver and scheduler for a batch.
+    # Time of driver and scheduler for a batch.
     batch_seconds: float
-    # A worker for a case with its tables.
+    # Time of a worker for a case with its tables.
     case_seconds: float
-    # Writing a result to a local disk.
+    # Time of writing a result to a local disk.
     write_seconds: float
     # Size of a result.
     result_bytes: float
@@ -40,7 +44,10 @@ class Costs:
 
 @dataclass(frozen=True)
 class Storage:
-    """A shared file system: files per second of all workers, and bytes per second if it also has the tables' cache."""
+    """A shared file system: the files per second that it writes, and the bytes per second of the cache of tables.
+
+    `None` bytes per second stand for a file system without the cache.
+    """
 
     name: str
     files_per_second: float
@@ -51,7 +58,7 @@ class Server:
     """Handles one request at a time, in the order of arrival."""
 
     def __init__(self) -> None:
-        # Time from which on the server is free.
+        # Time at which the server has handled all requests so far.
         self.free_at = 0.0
         # Total time in use.
         self.busy = 0.0
@@ -64,7 +71,7 @@ class Server:
 
 
 def simulate(costs: Costs, cases: int, workers: int, storage: Storage) -> dict:
-    """Simulates at least one worker and `cases` cases, at least one, each with its own surface.
+    """Simulates a sweep of `cases` cases, each with its own surface, by `workers` workers; at least one of both.
 
     - `hours`: the duration of the sweep.
     - `efficiency`: the fraction of the workers' time spent on cases.
@@ -80,10 +87,10 @@ def simulate(costs: Costs, cases: int, workers: int, storage: Storage) -> dict:
     if storage.cache_bytes_per_second is not None:
         file_seconds += costs.table_bytes / storage.cache_bytes_per_second
     driver, files, end = Server(), Server(), 0.0
-    # Cases that no worker has yet, and the cases of each worker's batch that are not finished.
+    # Cases that no worker has yet, and by worker the unfinished cases of its batch.
     left, unfinished = cases, [0] * workers
-    # Heap of the times of each worker's next event: the end of a case, or the request for a batch if its batch is
-    # finished.
+    # Heap of the workers' next events: time and worker. The event is the end of a case while the worker's batch is
+    # unfinished, or else the request for a batch.
     events = [(0.0, worker) for worker in range(workers)]
     while events:
         now, worker = heapq.heappop(events)

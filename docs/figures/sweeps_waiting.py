@@ -1,9 +1,9 @@
 """Replacement of the computation in a measured sweep: each case waits for a fixed time.
 
-A *case* is a surface with one set of parameters. Dask loads this module in each worker (sweeps_scale.py), and the
-import replaces `work.compute`. The environment variable SUNBEAM_SWEEP_WAIT_SECONDS has the seconds that each case
-waits. The sweep's time beyond the waits is its overhead. Unlike a computation, a wait takes no longer when other
-programs run.
+A *sweep* computes many cases in parallel; a *case* is a surface with one set of parameters. Dask loads this module in
+each worker (sweeps_scale.py), and the import replaces `work.compute`. The environment variable
+SUNBEAM_SWEEP_WAIT_SECONDS has the seconds that each case waits. The sweep's time beyond the waits is its overhead.
+Unlike a computation, a wait takes no longer when other programs run.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Part `tables` of the documentation (page.py): the plugin's tables by surface.
 
-A *table* holds precomputed values of the BSDF's diffraction (docs/tables.md). The numbers are its size, build time,
-measured error and mean albedo.
+A *table* holds precomputed values of the BSDF's diffraction (docs/tables.md). The numbers are the tables' size, build
+time and measured error, and the surface's mean albedo.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def figures() -> dict:
     """The processor, and under `surfaces` the numbers of each scan that is present and of each preset, by name."""
     sources = {f"scan of {species}": ("--height-field", path) for species, path in SCANS.items() if path.exists()}
     sources |= {preset: ("--preset", preset) for preset in PRESETS}
-    # Cached tables would have no build time.
+    # Tables from the cache would have no build time.
     with cache_off():
         surfaces = {name: surface_figures(*source) for name, source in sources.items()}
     return {"cpu": processor(), "surfaces": surfaces}
@@ -31,11 +31,13 @@ def figures() -> dict:
 def surface_figures(*source) -> dict:
     """The numbers of one surface, given by the arguments `source` of `sunbeam height-field`.
 
-    The tables are built twice: `build_s` includes the albedo's table, which energy conservation needs, and `bare_s`
-    does not. Both are in seconds. `mb` is the size of all tables in megabytes. `error` is the measured relative error
-    of the spectral table, and `taps` are the numbers of nodes that a look-up in it reads along x and y. `albedo` and
-    `albedo_kept` are albedos without and with energy conservation: means over wavelengths, and over incident directions
-    weighted by the cosine.
+    - `build_s`, `bare_s`: build times in seconds. `build_s` includes the table of the albedo, which energy conservation
+      needs; `bare_s` does not.
+    - `mb`: the size of all tables in megabytes.
+    - `error`: the measured relative error of the spectral table, the tabulated power spectrum.
+    - `taps`: the numbers of nodes that a look-up in the spectral table reads along x and y.
+    - `albedo`, `albedo_kept`: albedos without and with energy conservation. They are means over wavelengths, and over
+      incident directions weighted by the cosine.
     """
     report, bare = (
         json.loads(sunbeam("height-field", *source, "--tables", "--conserve-energy", conserves))

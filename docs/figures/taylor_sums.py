@@ -1,9 +1,15 @@
-"""Taylor series of a phase screen in double precision: its bound, its sum, and four partial sums.
+"""The Taylor series of a phase screen in double precision: its sum, the bound of its remainder, and four partial sums.
 
-The amplitude in a direction is P = Σ_n (iκ)ⁿ/n! · F{hⁿ} (docs/model.md). Here h is the height above the lowest point. κ
-is 2π(1 + cosθo)/λ, at normal incidence, and F is the Fourier transform under the coherence window. The series is that
-of Single 2014, a thesis, without the rounding of single precision. Its four parts are the terms n ≡ r (mod 4), r = 0 …
-3. Amplitudes are computed at WAVELENGTH_UM for all directions of a map, as in map_panels.py: pixels are direction sines
+The amplitude in a direction is P = Σ_n (iκ)ⁿ/n! · F{hⁿ} (docs/model.md), at normal incidence.
+
+- h: the height above the lowest point.
+- κ: the phase per height, 2π(1 + cosθo)/λ, with the wavelength λ and the angle θo of the outgoing light.
+- F: the Fourier transform under the coherence window, the Gaussian within which light interferes.
+
+The series is that of M. Single's thesis, Single 2014, without the rounding of single precision. The four *parts* of the
+series are the terms n ≡ r (mod 4), with r from 0 to 3.
+
+Amplitudes are computed at WAVELENGTH_UM for all directions of a map, as in map_panels.py: pixels are direction sines
 (x, y) in [−1, 1]², row by row from the top, where y is largest. In the formulas of bounds and in the plot, x is instead
 the largest κh.
 """
@@ -26,10 +32,10 @@ from .map_surfaces import Surface
 WAVELENGTH_UM = 0.38
 # Side of the map in pixels.
 SIZE = 100
-# Number of orders summed to either side of a direction. Beyond them the window's transform is below 1e-6, as the
-# coherence length is at least about the extent of the tile.
+# Number of orders summed to either side of a direction along each axis. The coherence length is at least about the
+# extent of the tile, so beyond these orders the window's transform is below 1e-6.
 REACH = 3
-# Error of a converged amplitude, relative to the rms of the amplitudes over the map.
+# Largest error of a converged sum, relative to the rms of the amplitudes over the map.
 CONVERGED = 1e-2
 # Range of the pictures' logarithmic grey scale in powers of ten.
 DECADES = 6
@@ -55,20 +61,20 @@ class Sums:
     def bound(self, terms: int) -> float:
         """Lagrange's bound of the remainder after N = `terms` terms: xᴺ/N!, as no derivative of e^(ix) exceeds 1.
 
-        x is `argument`, and log N! is lgamma(N + 1). Bounds above e³⁰⁰ are cut off there, so that their product in
-        `bound_of_the_source` does not overflow.
+        x is `argument`, and log N! is lgamma(N + 1). Bounds end at e³⁰⁰, so that the product in `bound_of_the_source`
+        does not overflow.
         """
         return float(np.exp(min(terms * log(self.argument) - lgamma(terms + 1), 300.0)))
 
     def bound_of_the_source(self, terms: int) -> float:
-        """The bound of Single 2014's appendix, larger by e^x, as for a real exponent."""
+        """The bound in the appendix of Single 2014, e^x times as large: that of a real exponent."""
         return float(np.exp(min(self.argument, 300.0))) * self.bound(terms)
 
     def figures(self) -> dict:
         """Name, largest argument, and numbers of terms from which on errors and bounds are at most CONVERGED.
 
-        `whole` and `parts` are the numbers of the sums, `bound` and `bound_of_the_source` those of the bounds.
-        `part_over_whole` is the rms of the first part over that of the whole. It tells by how much the parts cancel.
+        `whole` and `parts` are the numbers of terms for the sums, `bound` and `bound_of_the_source` those for the
+        bounds. `part_over_whole` is the rms of the first part over that of the whole; it tells how much parts cancel.
         """
 
         count = len(self.whole)
@@ -92,11 +98,11 @@ class Sums:
 
 
 def sums(surface: Surface) -> Sums:
-    """The series of a surface that is not flat, in each direction of the map, at normal incidence."""
+    """The series of a surface, which must not be flat, in each direction of the map, at normal incidence."""
     heights_um = surface.heights_um - surface.heights_um.min()
     top_um = heights_um.max()
     argument = float(4 * pi * top_um / WAVELENGTH_UM)
-    # The number of terms beyond which each is below 1e-12. Terms xⁿ/n! fall from n = x on.
+    # The number of terms beyond which each term is below 1e-12. Terms xⁿ/n! fall from n = x on.
     count = ceil(argument)
     while count * log(argument) - lgamma(count + 1) > log(1e-12):
         count += 1
@@ -117,7 +123,7 @@ def sums(surface: Surface) -> Sums:
         terms[n] = coefficient * (transform[orders] * window).sum(axis=0)
         coefficient *= 1j * kappa_top / (n + 1)
         height_power *= heights_um / top_um
-    # Each part keeps the rows of its own terms; the others are zero.
+    # A part has the rows of its own terms; its other rows are zero.
     parts = [np.where(np.arange(count)[:, None] % 4 == part, terms, 0) for part in range(4)]
     limits = np.full((5, SIZE * SIZE), np.nan, complex)
     limits[:, inside] = [each.sum(axis=0) for each in (*parts, terms)]
@@ -158,7 +164,10 @@ def neighbours(surface: Surface, x: np.ndarray, y: np.ndarray) -> tuple[tuple, n
 
 
 def pictures(found: Sums) -> list[tuple[str, Image.Image]]:
-    """Captions and pictures of the power of the four parts and of the whole, each on its own logarithmic scale."""
+    """Captions and pictures of the powers |P|² of the four parts and of the whole.
+
+    Each picture has its own logarithmic scale.
+    """
     figures = found.figures()
     captions = [f"n = {r}, {r + 4}, {r + 8} …\nfrom {figures['parts'][r]} terms on" for r in range(4)]
     captions.append(f"all n\nfrom {figures['whole']} terms on")

@@ -1,8 +1,9 @@
-"""Time of a picture to a given error, and its ratio to that with Mitsuba's material REFERENCE.
+"""Rendering times until a picture has a given error, and their ratios to those with Mitsuba's material REFERENCE.
 
-A *cell* is a scene in a variant of Mitsuba, in which materials are compared. Its pictures are rendered in rounds, one
+A *cell* is a scene in a variant of Mitsuba, in which materials are compared. Its pictures are rendered in *rounds*, one
 picture of each material per round, until the cell's time is over. Ratios compare times of the same round, so that other
-programs on the machine affect both alike. Pictures are linear sRGB, (rows, columns, 3).
+programs on the machine affect both alike. A *kernel* is the machine code that Dr.Jit compiles for a scene and a picture
+size. Pictures are linear sRGB, (rows, columns, 3).
 """
 
 from __future__ import annotations
@@ -25,16 +26,17 @@ from .cost import ratios
 VARIANTS = ("llvm_ad_rgb", "llvm_ad_spectral", "scalar_rgb", "scalar_spectral")
 # Relative rms error at which times are stated.
 ERROR = 0.05
-# Fraction of the mean brightness that is the unit of relative errors for darker pixels. Smaller values let dark pixels
-# dominate the error.
+# Fraction of the mean brightness to which errors of darker pixels are relative. Smaller values let dark pixels dominate
+# the error.
 FLOOR = 0.1
-# Picture sizes (width, height). Each material gets the largest at which ROUNDS_AIM rounds fit into the cell's time. The
-# fixed cost of a render, some hundredths of a second with Dr.Jit, is then small. Errors of all materials are measured
-# at the smallest size: the noise of a pixel depends on the size, so errors at different sizes do not compare.
+# Picture sizes (width, height). A material gets the largest size at which ROUNDS_AIM rounds fit into the cell's time.
+# The fixed cost of a render, some hundredths of a second with Dr.Jit, is then relatively small. Errors of all materials
+# are measured at the smallest size: the noise of a pixel depends on the size, so errors at different sizes do not
+# compare.
 SIZES = ((24, 16), (48, 32), (96, 64), (192, 128))
-# Number of pixels to which times are scaled, so that they compare.
+# Number of pixels to which times are scaled, so that times of pictures of different sizes compare.
 NOMINAL_PIXELS = 256 * 256
-# Smallest number of rounds of a cell; three give a median.
+# Smallest number of rounds of a cell; the median of three ignores an outlier.
 ROUNDS_MIN = 3
 # Largest number of rounds of a cell.
 ROUNDS_MAX = 25
@@ -65,16 +67,17 @@ def relative_error(image: np.ndarray, truth: np.ndarray, mask: np.ndarray) -> fl
 def noise(images: np.ndarray) -> dict:
     """Relative rms error of one of n > 1 independent pictures of a scene, (n, rows, columns, 3).
 
-    The reference is their mean, at the pixels that are not black. It contains each picture, so deviations from it are
-    too small by √(1 − 1/n), which is corrected. `error_std` is the standard error of `error`; `channel_errors` are the
-    errors of red, green and blue.
+    The reference is the mean of all pictures, at the pixels that are not black. The mean contains each picture, so
+    deviations from it are too small by √(1 − 1/n), which is corrected. `error_std` is the standard error of `error`;
+    `channel_errors` are the errors of red, green and blue.
     """
     n = len(images)
     truth = images.mean(axis=0)
     mask = truth.sum(axis=2) > 0
-    # Mean squares over pixels, (n, channels), with the correction; then over channels too, (n,).
+    # Mean squares over pixels, (n, channels), with the correction.
     of_channels = [np.mean(relative_deviation(image, truth, mask) ** 2, axis=0) for image in images]
     of_channels = np.array(of_channels) * n / (n - 1)
+    # Mean squares over pixels and channels, (n,).
     of_pictures = of_channels.mean(axis=1)
     error = float(np.sqrt(of_pictures.mean()))
     # The standard error of a root √q is that of q over twice the root, since d√q = dq/(2√q).
@@ -123,14 +126,14 @@ class Render:
 
 
 def render(scene: mi.Scene, seed: int) -> Render:
-    """Renders one picture of the scene's own size and samples per pixel; the first one compiles the kernel."""
+    """Renders one picture at the scene's own size and samples per pixel; the first render compiles the kernel."""
     start, cpu = time.perf_counter(), time.process_time()
     image = np.array(mi.render(scene, seed=seed), dtype=np.float64)[:, :, :3]
     return Render(image, time.perf_counter() - start, time.process_time() - cpu)
 
 
 def resize(scene: mi.Scene, size: tuple[int, int]) -> None:
-    """Sets another picture size (width, height); loading the scene again would compile all kernels again."""
+    """Sets another picture size (width, height) of a loaded scene; loading it again would compile all kernels again."""
     parameters = mi.traverse(scene)
     parameters["sensor.film.size"] = list(size)
     parameters["sensor.film.crop_size"] = list(size)
@@ -193,8 +196,8 @@ def timed_rounds(scenes: dict[str, mi.Scene], budget_s: float) -> dict[str, list
     runs: dict[str, list[Render]] = {name: [] for name in scenes}
     start = time.perf_counter()
     for rounds in range(ROUNDS_MAX):
-        # Time at the end of this round, from the mean of the `rounds` so far. The bound avoids a division by 0 before
-        # the first one.
+        # Time at the end of this round, from the mean time of the `rounds` so far. `max` avoids a division by 0 before
+        # the first round.
         expected_s = (time.perf_counter() - start) * (rounds + 1) / max(rounds, 1)
         if rounds >= ROUNDS_MIN and expected_s >= budget_s:
             break
@@ -207,11 +210,12 @@ def timed_rounds(scenes: dict[str, mi.Scene], budget_s: float) -> dict[str, list
 def material_rows(runs: dict[str, list[Render]], pictures: dict[str, list[np.ndarray]]) -> list[dict]:
     """A row for each material from its timed renders and its pictures of the smallest size, relative to REFERENCE.
 
-    `size` is that of the timed pictures. `mean` is the mean value of `pictures`, and errors are those of `noise`.
-    `rendered_s` is the median time of a render. `seconds` and all other times are scaled to NOMINAL_PIXELS.
-    `time_ratio` has median, minimum and maximum of the ratios of times within a round, at equal samples per pixel.
-    `cpu_ratio` is that of CPU seconds, which other programs hardly affect. `error_time_ratio` is that of times to equal
-    relative error, each against the mean of its own pictures.
+    - `size`, `mean`: the size of the timed pictures, and the mean value of the pictures of the smallest size.
+    - `error`, `error_std`, `channel_errors`: the results of `noise`, against the mean of the material's own pictures.
+    - `rendered_s`: the median time of a render. `seconds` is that time scaled to NOMINAL_PIXELS.
+    - `seconds_to_error`: the scaled time until the error is ERROR, and `error_time_ratio` its ratio to REFERENCE's.
+    - `time_ratio`: median, minimum and maximum of the ratios of times within a round, at equal samples per pixel.
+      `cpu_ratio` has those of CPU seconds, which other programs hardly affect.
     """
     wall, cpu, found = {}, {}, []
     for name, of_material in runs.items():

@@ -1,8 +1,8 @@
-"""The plot of times to a given error, from the results of time_to_error.py.
+"""The plot of rendering times until a picture has a given error, from the results of time_to_error.py.
 
 A *cell* is such a result: a scene in a variant of Mitsuba. Its list `ways` has an entry for each material, with the
-material's name and `seconds_to_error`. One is REFERENCE, Mitsuba's own material; the others diffract, and are named by
-their reliefs.
+material's name and `seconds_to_error`. One material is REFERENCE, Mitsuba's own. The others are the plugin's, which
+diffract, and are named by their reliefs.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ COLOURS = dict(zip(VARIANTS, ("tab:blue", "tab:orange", "tab:cyan", "tab:red")))
 def draw(cells: list[dict], aim: float, side: int, path: Path) -> None:
     """Draws the cells' `seconds_to_error` on a logarithmic axis, with a row for each scene and relief.
 
-    Filled marks are the diffraction, hollow ones Mitsuba's material; each variant has a colour. `aim` is the relative
-    error of these times, and `side` the edge in pixels of the square pictures to which they are scaled.
+    Filled marks are the plugin's materials, hollow ones Mitsuba's; each variant has a colour. `aim` is the relative
+    error that pictures have after these times, and `side` the edge in pixels of the square pictures to which the times
+    are scaled.
     """
     pairs = [(cell["scene"], way["name"]) for cell in cells for way in cell["ways"] if way["name"] != REFERENCE]
     rows = list(dict.fromkeys(pairs))
@@ -40,7 +41,7 @@ def draw(cells: list[dict], aim: float, side: int, path: Path) -> None:
             ax.plot([by_name[REFERENCE], seconds], [y, y], color=colour, lw=1, alpha=0.5)
             ax.plot(by_name[REFERENCE], y, "o", color=colour, markerfacecolor="white", ms=5)
             ax.plot(seconds, y, "o", color=colour, ms=5)
-    # Empty plots give the legend its entries.
+    # Plots without points are entries of the legend.
     for variant, colour in COLOURS.items():
         ax.plot([], [], "o", color=colour, label=variant)
     ax.plot([], [], "o", color="grey", markerfacecolor="white", label=REFERENCE)

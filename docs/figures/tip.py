@@ -1,24 +1,26 @@
 """A relief imaged by the tip of an atomic-force microscope: dilation by a sphere.
 
-The tip is a sphere of radius R on a shaft that is not wider. Its apex, the lowest point, is lowered above x until the
-tip touches the relief h somewhere. The image is therefore s(x) = max over |u| ≤ R of h(x + u) + √(R² − |u|²) − R.
+The tip is a sphere of radius R on a shaft that is not wider than the sphere. At each position x the tip is lowered
+until it touches the relief h somewhere. The image is then the height of the tip's apex, its lowest point,
+s(x) = max over |u| ≤ R of h(x + u) + √(R² − |u|²) − R. Here u is the offset of a point of the relief from the tip's
+axis.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-# Number of steps of the offset u along a radius R, for tiles. Half a step, R/20, beside the apex the sphere's underside
-# is only about (R/20)²/(2R) = R/800 higher, so finer steps would hardly matter.
+# Number of steps of the offset u along a radius R, for tiles. At half a step, R/20, from the axis the underside of the
+# sphere is only about (R/20)²/(2R) = R/800 above the apex, so finer steps would hardly matter.
 STEPS = 10
 
 
 def seen_profile(heights_um: np.ndarray, step_um: float, radius_um: float) -> np.ndarray:
-    """The image of one period of a grating, (samples,), at the samples of its profile, which are `step_um` apart.
+    """The image of one period of a grating, (samples,), from samples of the profile that are `step_um` apart.
 
     `step_um` should be far below the radius, since offsets u are whole steps.
     """
-    # The largest offset in steps.
+    # The largest offset u in steps.
     reach = int(radius_um / step_um)
     # Offset 0 is included, so the image is never below the relief.
     offsets = np.arange(-reach, reach + 1)
@@ -49,5 +51,5 @@ def seen_tile(heights_um: np.ndarray, pixel_um: float, radius_um: float) -> np.n
 
 
 def cap_um(distance_um: float, radius_um: float) -> float:
-    """√(R² − d²) − R: height of the apex minus that of the sphere's underside at the distance d ≤ R from the axis."""
+    """√(R² − d²) − R, the apex's height minus that of the sphere's underside, at the distance d ≤ R from the axis."""
     return float(np.sqrt(max(radius_um**2 - distance_um**2, 0.0)) - radius_um)

@@ -1,8 +1,8 @@
 """Part `tour-scan` of the documentation (page.py): effect of the tip of an atomic-force microscope.
 
 Reliefs of gratings and skins are imaged by tips of several radii (tip.py). The image is compared with the relief
-itself: its orders, its period, and the colours of its BRDF map. Reliefs repeat, and heights are indexed [iy, ix] with y
-= 0 first.
+itself: the orders, the period, and the colours of the BRDF map, a picture of the BRDF over outgoing directions. Reliefs
+repeat, and heights are indexed [iy, ix] with y = 0 first.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .rgb_against_spectral import LUMINANCE
 from .tip import seen_profile, seen_tile
 
 PART = "tour-scan"
-# Radii of the tips, chosen, in ascending order.
+# Radii of the tips in ascending order. Blunter tips than the last fill more of the relief's valleys.
 RADII_NM = (5, 10, 30)
 # Presets that are gratings.
 GRATINGS = ("blazed", "lamellar")
@@ -33,9 +33,9 @@ GRATINGS = ("blazed", "lamellar")
 SKINS = ("elaphe", "xenopeltis")
 # Period of the gratings.
 PERIOD_UM = 2.5
-# Heights of the gratings from groove to ridge, chosen.
+# Heights of the gratings from groove to ridge.
 HEIGHT_UM = {"blazed": 0.25, "lamellar": 0.125}
-# Distance of a grating's samples, a tenth of the smallest tip's radius; 5000 make a period.
+# Distance between a grating's samples, a tenth of the smallest tip's radius; 5000 samples make a period.
 STEP_UM = 0.0005
 # Number of equal rows of a grating's height field, which is constant along y; one row would do as well.
 ROWS = 4
@@ -98,11 +98,13 @@ def figures() -> dict:
 
 
 def worst(surfaces: dict) -> dict:
-    """The largest changes of colour on any surface, ΔE₂₀₀₀. Tips are in ascending order of their radii.
+    """The largest changes of colour on any surface, ΔE₂₀₀₀.
 
-    `mean_…` and `p99_…` are the largest mean and 99th percentile over a map; `…_blunt` is of the bluntest tip, `…_fine`
-    of all others. Raises SetupError if the finer tips change colours noticeably.
+    `mean_…` and `p99_…` are the largest mean and 99th percentile over a map. Those with `…_blunt` are of the tip with
+    the largest radius, those with `…_fine` of all other tips. Raises SetupError if the finer tips change colours
+    noticeably.
     """
+    # Tips are in ascending order of their radii.
     finer = [tip for surface in surfaces.values() for tip in surface["tips"][:-1]]
     bluntest = [surface["tips"][-1] for surface in surfaces.values()]
     found = {}
@@ -133,29 +135,29 @@ def surface_figures(tile: Tile, folder: Path) -> dict:
     - `rise_nm`: the mean height of the image above the relief.
     - `delta_e`, `delta_e_p99`: mean and 99th percentile of the change of colour, ΔE₂₀₀₀.
     """
-    words = tile.write(folder)
-    period_um = period_of(words)
+    arguments = tile.write(folder)
+    period_um = period_of(arguments)
     # Maps of the relief itself and of an image, which `sunbeam compare` compares.
     reference, imaged = folder / "reference.exr", folder / "imaged.exr"
-    draw(words, reference)
+    draw(arguments, reference)
     mask = write_lit_mask(reference, folder / "lit.png")
-    orders = orders_of(tile, words, period_um)
+    orders = orders_of(tile, arguments, period_um)
     strongest = two_strongest(orders)
     tips = []
     for radius_nm in RADII_NM:
         image = tile.imaged(radius_nm * 1e-3)
         # The image replaces the relief's file, which is not read again.
-        words = image.write(folder)
-        draw(words, imaged)
+        arguments = image.write(folder)
+        draw(arguments, imaged)
         compared = json.loads(sunbeam("compare", reference, imaged, "--mask", mask))
-        imaged_orders = orders_of(image, words, period_um)
+        imaged_orders = orders_of(image, arguments, period_um)
         tips.append(
             {
                 "radius_nm": radius_nm,
                 "rise_nm": float((image.heights_um - tile.heights_um).mean() * 1e3),
                 "rms_um": float(image.heights_um.std()),
                 "orders": [{"order": order, "share": imaged_orders[order]} for order in strongest],
-                "period_um": period_of(words),
+                "period_um": period_of(arguments),
                 "delta_e": compared["delta_e_2000"]["mean"],
                 "delta_e_p99": compared["delta_e_2000"]["p99"],
             }
@@ -170,7 +172,10 @@ def surface_figures(tile: Tile, folder: Path) -> dict:
 
 
 def two_strongest(orders: dict[int, float]) -> list[int]:
-    """The two strongest of the orders, given with their power; of orders with equal power, such as ±1, only one."""
+    """The two strongest of `orders`, which has powers by order.
+
+    Of orders with equal power, such as ±1 of a symmetric grating, only one is taken.
+    """
     found: list[int] = []
     for order in sorted(orders, key=orders.get, reverse=True):
         if not any(np.isclose(orders[order], orders[other], rtol=1e-6) for other in found):
@@ -178,19 +183,20 @@ def two_strongest(orders: dict[int, float]) -> list[int]:
     return found[:2]
 
 
-def period_of(words: tuple) -> float:
+def period_of(arguments: tuple) -> float:
     """The strongest period along x in µm."""
-    return json.loads(sunbeam("height-field", *words))["periods"]["x"]["period_um"]
+    return json.loads(sunbeam("height-field", *arguments))["periods"]["x"]["period_um"]
 
 
-def orders_of(tile: Tile, words: tuple, period_um: float) -> dict[int, float]:
+def orders_of(tile: Tile, arguments: tuple, period_um: float) -> dict[int, float]:
     """Fractions of the light at normal incidence and WAVELENGTH_NM in orders along x, by scalar diffraction.
 
-    For a grating `sunbeam orders` computes them. A skin has orders ±1 alone: the power of its phase screen in a square
-    window about the spatial frequency (±1/`period_um`, 0). WINDOW is the window's half width relative to 1/`period_um`.
+    For a grating `sunbeam orders` computes them. Of a skin only orders ±1 are computed: the power of its phase screen
+    in a square window about the spatial frequency (±1/`period_um`, 0). WINDOW is the window's half width relative to
+    1/`period_um`.
     """
     if tile.name in GRATINGS:
-        report = json.loads(sunbeam("orders", *words, "--wavelength", WAVELENGTH_NM, "--json"))
+        report = json.loads(sunbeam("orders", *arguments, "--wavelength", WAVELENGTH_NM, "--json"))
         # The mean of both polarisations.
         return {order["order"]: order["mean"] for order in report["orders"]}
     # The phase screen: light travels each height twice, so the phase is 4πh/λ.
@@ -203,10 +209,10 @@ def orders_of(tile: Tile, words: tuple, period_um: float) -> dict[int, float]:
     return {order: float(rows[:, np.abs(fx - order) < WINDOW].sum()) for order in (-1, 1)}
 
 
-def draw(words: tuple, file: Path) -> None:
+def draw(arguments: tuple, file: Path) -> None:
     """Writes a map of the surface with these arguments of `sunbeam`, lit from THETA_I_DEG."""
     light = ("--theta-i", THETA_I_DEG, "--size", SIZE, "--coherence-length", COHERENCE_UM)
-    sunbeam("brdf-map", "-o", file, *words, *light)
+    sunbeam("brdf-map", "-o", file, *arguments, *light)
 
 
 def write_lit_mask(reference: Path, file: Path) -> Path:

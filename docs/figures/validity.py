@@ -1,10 +1,16 @@
 """Part `validity` of the documentation (page.py): errors of scalar diffraction for gratings, by Maxwell's equations.
 
-A *model* is scalar diffraction with an obliquity factor, `stam` or `unit`, with or without energy conservation
-(`STAM_LIMITED` is `stam` with it). Its *misplaced* power (`mean_error`) is the fraction of the light that it puts into
-wrong orders, as a mean over wavelengths (validity_sweeps.py). A *reach* is a largest angle of incidence, on either
-side. In TE the electric field is along the grooves, in TM the magnetic field. Lengths without a unit in their name are
-in µm.
+Gratings are in a perfect conductor, except in validity_metals.py.
+
+- *Model*: scalar diffraction, the phase screen of docs/model.md, with an obliquity factor (`stam` or `unit`), with or
+  without energy conservation. STAM is `stam` without and STAM_LIMITED `stam` with energy conservation.
+- *Efficiency*: the fraction of the incident light in an order.
+- *Misplaced* power of a model: the fraction of the light that the model puts into wrong orders. It is a mean over
+  wavelengths (`mean_error` of validity_sweeps.py).
+- *Reach*: a largest angle of incidence, on either side of the normal.
+- TE, TM: the polarisations with the electric and the magnetic field along the grooves.
+
+Lengths without a unit in their name are in µm.
 """
 
 from __future__ import annotations
@@ -51,7 +57,7 @@ BOUND = 0.05
 REACHES_DEG = (30.0, 60.0, 75.0)
 # Presets whose slopes the page lists beside the limits.
 SURFACES = ("blazed", "elaphe", "xenopeltis")
-# Coherence lengths at which the sums of the model with energy conservation are listed, from the plugin's default on.
+# Coherence lengths at which sums over the orders by STAM_LIMITED are listed. The first is the plugin's default.
 COHERENCE_LENGTHS_UM = (65.0, 400.0, 4000.0)
 
 
@@ -77,7 +83,7 @@ def row(kind: str, slope: float | None, grating: Grating) -> dict:
 def sweep(make: Callable[[float], Grating], values: tuple[float, ...], side: int = 1) -> dict:
     """Misplaced power on the gratings `make(value)`, for light from +x (`side` 1) or −x (−1).
 
-    `misplaced` is [model][angle][value]. An angle from −x is negative.
+    `misplaced` is [model][angle][value]. Angles of light from −x are negative.
     """
     gratings = [make(value) for value in values]
     # Adding 0 turns −0 into 0, which JSON would print with its sign.
@@ -110,9 +116,10 @@ def all_sweeps() -> dict:
 def limits(swept: dict, falling: bool = False) -> dict:
     """For each model and each of REACHES_DEG the end of the range of values with a misplaced power of at most BOUND.
 
-    The range begins at the smallest value. With `falling` it begins at the largest, since models hold for long periods.
-    The misplaced power is the largest over the angles of a reach. The end is `None` if BOUND is exceeded at the
-    beginning of the range, and the last value if it is never exceeded (`crossing`).
+    `swept` is a result of `sweep`. The range begins at the smallest value. With `falling` it begins at the largest, for
+    sweeps over the period, since models hold for long periods. The misplaced power is the largest over the angles of a
+    reach. The end is `None` if BOUND is exceeded at the beginning of the range, and the last value if BOUND is never
+    exceeded (`crossing`).
     """
     found = {}
     for model in MODELS:
@@ -125,10 +132,10 @@ def limits(swept: dict, falling: bool = False) -> dict:
 
 
 def model_checks() -> dict:
-    """Largest errors of the model's efficiencies against closed forms, and against integrals over lobes of orders.
+    """Largest differences of efficiencies from closed forms (`closed_form`), and from integrals over lobes (`lobe`).
 
-    The efficiencies are values at the centres of the orders' lobes, the peaks that a finite coherence length makes. The
-    lobes of three orders are integrated.
+    A finite coherence length widens each order to a lobe. An efficiency is computed from the value at the centre of its
+    lobe. The lobes of three orders are integrated.
     """
     lights = [Light(550.0, angle) for angle in sweeps.ANGLES_DEG]
     closed, lobe = [], []

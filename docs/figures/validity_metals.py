@@ -1,12 +1,19 @@
 """Metals in the documentation's part `validity`: three theories against independent solvers, and their limits.
 
-Theories (tests/judges/gratings/theories.py): SCALAR, the phase screen times Fresnel's reflectance; FRESNEL, a perfect
-conductor by Maxwell's equations times Fresnel's reflectance; EXACT, Maxwell's equations with the metal's index.
-Independent solvers, the *judges* (tests/judges/gratings), give the true powers of the orders for random settings. A
-*setting* is a grating in a medium, and a light. *Misplaced* power is the fraction of the light that a theory puts into
-wrong orders: half the sum of the absolute differences of all orders' powers. Media are named as Mitsuba's `material`;
-"none" is a perfect conductor. A *table* holds efficiencies of a grating's orders over wavelength and direction of the
-light, which the plugin interpolates.
+The theories of tests/judges/gratings/theories.py are
+
+- SCALAR: the phase screen times Fresnel's reflectance;
+- FRESNEL: a perfect conductor by Maxwell's equations, times Fresnel's reflectance;
+- EXACT: Maxwell's equations with the metal's index.
+
+Independent solvers, the *judges* (tests/judges/gratings), give the true powers of the orders. A *power* is the fraction
+of unpolarised light in an order.
+
+- *Setting*: a grating in a medium, and a light. Settings are random. *Answer*: a judge's result for one of them.
+- *Misplaced* power: the fraction of the light that a theory puts into wrong orders. It is half the sum of the absolute
+  differences of all orders' powers.
+- *Table*: efficiencies of a grating's orders over wavelength and direction of the light, which the plugin interpolates.
+- Media are named as Mitsuba's `material`; "none" is a perfect conductor. Fields `metal` have such a name.
 
 `insist` raises SetupError if the numbers contradict a sentence of the page.
 """
@@ -62,8 +69,8 @@ INDEX_NM = 550.0
 TABLED_LIGHTS = 30
 # Seed of the random lights, an arbitrary number.
 SEED = 5
-# Largest accepted rms and 99th percentile of the errors of tables in silver, which has sharp plasmon anomalies. Larger
-# values would accept a worse interpolation.
+# Largest accepted rms and 99th percentile of the errors of tables in silver. Its surface plasmons make steep changes of
+# efficiency, which interpolation follows less well. Larger values would accept a worse interpolation.
 TABLE_MAX_SILVER = (0.008, 0.03)
 # Largest accepted rms and 99th percentile of the errors of tables in each of the other media.
 TABLE_MAX = (0.004, 0.015)
@@ -71,7 +78,7 @@ TABLE_MAX = (0.004, 0.015)
 PERIODS_UM = (1.25, 2.5, 5.0)
 # Period of the plotted gratings.
 PLOTTED_UM = 2.5
-# Functions from the period in µm to a grating, by kind.
+# Functions from the period in µm to a grating, by the kind of grating, for sweeps over the period.
 FAMILIES = {
     "sinusoid": lambda period: sinusoid(period, sweeps.SWEPT_SLOPE_DEG),
     "sawtooth": lambda period: sawtooth(period, sweeps.SWEPT_FACET_DEG),
@@ -91,9 +98,9 @@ def summary(errors: np.ndarray) -> dict:
 
 
 def errors_of(theory: str, group: list[tuple[Judged, dict]]) -> np.ndarray:
-    """Errors of a theory in all orders, over pairs of a judge's answer and its `powers`.
+    """Errors of a theory in all orders of a `group`, pairs of a judge's answer and the result of `powers` for it.
 
-    `powers` gives the fractions of the light in the orders by theory.
+    `powers` (theories.py) gives the orders' powers by theory.
     """
     return np.concatenate([found[theory] - answer.power for answer, found in group])
 
@@ -101,8 +108,8 @@ def errors_of(theory: str, group: list[tuple[Judged, dict]]) -> np.ndarray:
 def by_shape(judged: list[tuple[Judged, dict]]) -> list[dict]:
     """A row for each medium and shape: errors and misplaced power of each theory against the judge.
 
-    `judged` pairs answers with their `powers`. `unsettled` is the largest change of a power between the judge's two
-    resolutions.
+    `judged` has pairs as the `group` of `errors_of`. `unsettled` is the largest change of a power between the judge's
+    two resolutions.
     """
     groups: dict[tuple[str, str], list[tuple[Judged, dict]]] = {}
     for answer, found in judged:
@@ -143,7 +150,7 @@ def by_metal(judged: list[tuple[Judged, dict]]) -> dict:
 def tabled_gratings() -> list[Setting]:
     """The gratings of `tables`: the first random one of each shape in each medium, with the index at INDEX_NM.
 
-    A shape without random gratings in a medium is taken from the perfect conductor's.
+    Where a medium has no random gratings of a shape, the first one in a perfect conductor is taken in this medium.
     """
     first: dict[tuple[str, str], Setting] = {}
     for setting in settings():
@@ -186,8 +193,8 @@ def tables() -> dict:
 
 
 def truth(grating: Grating, metal: str, light: Light) -> np.ndarray:
-    """Powers of the propagating orders of a grating in a metal for unpolarised light, by Maxwell's equations."""
-    # A negative angle is light from −x.
+    """Powers of the propagating orders of a grating in a metal, by Maxwell's equations."""
+    # A light at a negative angle comes from −x, at the azimuth 180°.
     theta_deg, phi_deg = abs(light.theta_i_deg), 0.0 if light.theta_i_deg >= 0 else 180.0
     setting = Setting(metal, grating.preset, grating.period, grating.height, light.wavelength_nm, theta_deg, phi_deg)
     by_order = orders(setting, "--theory", "rigorous", *medium_arguments(setting))
@@ -197,7 +204,8 @@ def truth(grating: Grating, metal: str, light: Light) -> np.ndarray:
 def swept() -> dict:
     """Misplaced power of SCALAR and FRESNEL against EXACT: [kind][metal][period in µm][angle in degrees][theory].
 
-    The phase screen conserves energy here, `stam, limited`. Periods and angles are text, as JSON requires of keys.
+    SCALAR conserves energy here, unlike in the rest of the module (the model `stam, limited`). Periods and angles are
+    text, as JSON requires of keys.
     """
     return {
         kind: {
@@ -211,13 +219,13 @@ def swept() -> dict:
 def misplaced_by_angle(grating: Grating, metal: str) -> dict[str, dict[str, float]]:
     """Misplaced power of SCALAR and FRESNEL by angle of incidence as text, mean over the wavelengths.
 
-    `compared` gives powers in a perfect conductor. The factor of both theories is Fresnel's reflectance at the half
-    vector of the directions to the light and along the order.
+    `compared` gives the powers of both theories in a perfect conductor. Each power is multiplied by Fresnel's
+    reflectance at the half vector of the directions to the light and along the order.
     """
     by_angle: dict[str, dict[str, list[float]]] = {}
     for each in compared(grating, angles_of(grating)):
         light = each.light
-        # x of the unit vectors along the orders, which lie in the plane of incidence y = 0.
+        # `sines` are x of the unit vectors along the orders, which lie in the plane of incidence y = 0.
         _, sines = propagating(grating.period, light)
         sine = np.sin(np.radians(light.theta_i_deg))
         wi = np.array([sine, 0, np.sqrt(1 - sine**2)])
@@ -238,6 +246,7 @@ def smallest_period_um(by_period: dict, theory: str, reach_deg: float, bound: fl
     `by_period` is `swept` of one kind and metal, and `bound` the accepted misplaced power.
     """
     smallest = None
+    # From the largest period down to the first one that exceeds the bound.
     for period_um in sorted(PERIODS_UM, reverse=True):
         by_angle = by_period[str(period_um)]
         if max(found[theory] for angle, found in by_angle.items() if abs(float(angle)) <= reach_deg) > bound:
@@ -266,10 +275,11 @@ def cost() -> dict:
 def figures(path: Path, bound: float, reaches_deg: tuple[float, ...]) -> dict:
     """All numbers on metals; writes the plot to `path`.
 
-    - `drawn`, `left_out`: the numbers of random settings, and of those whose judge has not converged to `settled`.
+    - `drawn`, `left_out`: the numbers of random settings, and of those left out because their judge has not converged.
+      `settled` is the largest change of a power between resolutions of a converged judge.
     - `rows`, `by_metal`: the results of `by_shape` and `by_metal`.
-    - `mueller`: errors of all elements of Mueller matrices by EXACT, where the judge gives amplitudes. They are
-      relative to the largest reflectance of an order in unpolarised light.
+    - `mueller`: errors of all elements of the orders' Mueller matrices by EXACT, where the judge gives amplitudes. They
+      are relative to the largest reflectance of an order in unpolarised light.
     - `limits`: the result of `smallest_period_um` for each kind, metal and theory, at each of `reaches_deg`. `bound` is
       the accepted misplaced power.
 
@@ -291,19 +301,19 @@ def figures(path: Path, bound: float, reaches_deg: tuple[float, ...]) -> dict:
         for theory in (SCALAR, FRESNEL)
     ]
     # An error below a tenth of the phase screen's counts as right.
-    together = by_metal(judged)
-    for metal, theories in together.items():
+    by_medium = by_metal(judged)
+    for metal, theories in by_medium.items():
         insist(PART, theories[EXACT]["rms"] < 0.1 * theories[SCALAR]["rms"], f"exact is right in {metal}")
     draw(path, sweep)
-    missing = left_out()
+    unconverged = left_out()
     return {
         "names": NAMES,
         "theories": list(THEORIES),
         "settled": SETTLED,
-        "drawn": len(answers) + len(missing),
-        "left_out": len(missing),
+        "drawn": len(answers) + len(unconverged),
+        "left_out": len(unconverged),
         "rows": by_shape(judged),
-        "by_metal": together,
+        "by_metal": by_medium,
         "mueller": summary(muellers),
         "tables": tables(),
         "timed_um": list(TIMED_UM),

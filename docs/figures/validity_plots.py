@@ -1,9 +1,11 @@
 """The plots of the documentation's part `validity`, as SVG.
 
-A *model* is scalar diffraction with the obliquity factor `stam` or `unit`; `stam, limited` conserves energy. Its
-*misplaced* power is the fraction of the light that it puts into wrong orders (validity_sweeps.py). Sweeps among the
-arguments are results of `validity.sweep`: "values" in degrees of slope or µm of period, "angles_deg" of incidence, and
-"misplaced" as [model][angle][value]. `bound` is the misplaced power up to which a model is valid.
+- *Model*: scalar diffraction with the obliquity factor `stam` or `unit`; `stam, limited` conserves energy.
+- *Efficiency*: the fraction of the incident light in an order. *Rigorous* ones are by Maxwell's equations.
+- *Misplaced* power of a model: the fraction of the light that the model puts into wrong orders (validity_sweeps.py).
+- Sweeps among the arguments are results of `validity.sweep`: "values" in degrees of slope or µm of period, "angles_deg"
+  of incidence, and "misplaced" as [model][angle][value].
+- `bound`: the misplaced power up to which a model is valid.
 """
 
 from __future__ import annotations
@@ -22,11 +24,11 @@ from .validity_sweeps import compared, sawtooth, sinusoid
 STYLES = {STAM_LIMITED.name: "-", STAM.name: "--", UNIT.name: ":"}
 # Colours of the angles of incidence, at most four, or of the orders.
 COLOURS = ("tab:blue", "tab:green", "tab:orange", "tab:red")
-# Angles of incidence of `angles` in steps of 3°, shifted so that no order is at the horizon.
+# Angles of incidence of the plot `angles` in steps of 3°, shifted so that no order is at the horizon.
 FINE_ANGLES_DEG = tuple(float(angle) for angle in np.arange(-83.3, 84, 3))
-# Orders of `angles`.
+# Orders of the plot `angles`.
 SHOWN_ORDERS = (0, -1, -2)
-# Wavelength of `angles`.
+# Wavelength of the plot `angles`.
 SHOWN_NM = 550.0
 
 
@@ -70,7 +72,10 @@ def angles(path: Path) -> None:
 
 
 def curves(ax, swept: dict, x, bound: float, **options) -> None:
-    """Draws misplaced power of each model (line style) at each angle (colour) over `x`, and the bound."""
+    """Draws misplaced power of each model (line style) at each angle (colour) over `x`, and the bound.
+
+    `x` are the values of the sweep, in any unit. `options` are further properties of the axes `ax`.
+    """
     for model in MODELS:
         for errors, angle, colour in zip(swept["misplaced"][model.name], swept["angles_deg"], COLOURS):
             label = f"θi = {angle:.0f}°" if model is STAM_LIMITED else None
@@ -81,7 +86,7 @@ def curves(ax, swept: dict, x, bound: float, **options) -> None:
 
 
 def models_legend(figure) -> None:
-    """Adds a legend of the line styles above the plots."""
+    """Adds a legend of the models' line styles above the plots."""
     lines = [plt.Line2D([], [], color="k", lw=1.2, ls=STYLES[model.name], label=model.name) for model in MODELS]
     figure.legend(handles=lines, loc="upper center", ncols=3, frameon=False, bbox_to_anchor=(0.5, 1.0))
     # An empty title keeps space for the legend.

@@ -1,7 +1,8 @@
 """Checks of the rigorous solver of the documentation's part `validity`, the boundary integral for perfect conductors.
 
-Lengths of gratings are in µm. Results are largest differences of an order's efficiency in TE and TM, the polarisations
-with the electric and the magnetic field along the grooves.
+Lengths of gratings are in µm. An *efficiency* is the fraction of the incident light in an order. Results are largest
+differences of efficiencies in TE and TM, the polarisations with the electric and the magnetic field along the grooves.
+The plane of incidence is across the grooves; at a negative angle light comes from the side of −x.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ ANGLES_DEG = (0.0, -60.0, 75.0)
 PROFILES = (Sinusoid(2.5, 0.25), Sinusoid(2.5, 0.8), blazed(2.5, 0.25), blazed(2.5, 0.7), lamellar(2.5, 0.25))
 # Period and height in µm of lamellar gratings.
 LAMELLAR_UM = ((1.25, 0.3), (2.5, 0.125), (2.5, 0.25), (5.0, 0.125))
-# Number of evanescent orders to either side in the modal method, chosen. More come nearer to its limit and take longer.
+# Number of evanescent orders to either side in the modal method. More orders come nearer to its limit and take longer.
 MODAL_EVANESCENT = 200
 # Period and height in µm of sinusoids within the convergence of Rayleigh's expansion.
 SHALLOW_UM = ((1.25, 0.1), (2.5, 0.14), (2.5, 0.3), (5.0, 0.25))
@@ -57,7 +58,7 @@ def littrow(order: int) -> Efficiencies:
 
 
 def reciprocity(profile: Sinusoid | Polygon) -> float:
-    """Largest change of efficiency when light returns along an order: for each light, its strongest one except 0."""
+    """Largest change of efficiency when light returns along an order: for each light, the strongest order except 0."""
     largest = 0.0
     for wavelength_nm, theta_i_deg in lights():
         there = solve(profile, wavelength_nm, theta_i_deg)
@@ -94,9 +95,11 @@ def coupled(period: float, height: float, wavelength_nm: float, theta_i_deg: flo
 def proof() -> dict:
     """Largest differences by check.
 
-    `refined`: twice the nodes and evanescent orders. `modal`: the modal method. `rayleigh`: Rayleigh's expansion, up to
-    the slope `rayleigh_slope_deg`. `littrow`: the power missing from the strongest order of `littrow` in TM.
-    `reciprocity`: the function of this name. `coupled`: rows of the function `coupled`.
+    - `refined`: from the solver with twice as many nodes and evanescent orders.
+    - `modal`: from the modal method for lamellar gratings.
+    - `rayleigh`: from Rayleigh's expansion for sinusoids, up to the slope `rayleigh_slope_deg`.
+    - `littrow`: the power missing from the strongest order of `littrow` in TM.
+    - `reciprocity`, `coupled`: the results of the functions of these names.
     """
     finer = Resolution().finer(2)
     return {

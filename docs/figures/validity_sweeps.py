@@ -1,9 +1,13 @@
 """Gratings and lights of the documentation's part `validity`, and errors of scalar models on them.
 
-Gratings are in a perfect conductor, with lengths in µm; a height is from valley to peak. A *model* is a choice of
-obliquity factor, with or without energy conservation (tests/judges/gratings/scalar.py). *Misplaced* power is the
-fraction of the light that a model puts into wrong orders: half the sum of the absolute differences of all orders'
-efficiencies. The plane of incidence is across the grooves; at a negative angle light comes from the side of −x.
+Gratings are in a perfect conductor. Their lengths are in µm; a height is from valley to peak. The plane of incidence is
+across the grooves; at a negative angle light comes from the side of −x.
+
+- *Model*: scalar diffraction, the phase screen, with an obliquity factor, with or without energy conservation
+  (tests/judges/gratings/scalar.py).
+- *Efficiency*: the fraction of the incident light in an order. The rigorous solver gives the true efficiencies.
+- *Misplaced* power: the fraction of the light that a model puts into wrong orders. It is half the sum of the absolute
+  differences of all orders' efficiencies.
 """
 
 from __future__ import annotations
@@ -26,7 +30,7 @@ from tests.judges.gratings.scalar import (
     propagating,
 )
 
-# The following numbers of the sweeps are chosen.
+# More values in the following lists would sample the sweeps more finely, and take longer.
 #
 # Wavelengths over which errors are averaged.
 WAVELENGTHS_NM = (450.0, 520.0, 580.0, 650.0)
@@ -49,7 +53,7 @@ SWEPT_HEIGHT_UM = 0.125
 
 
 def sinusoid(period_um: float, slope_deg: float) -> Grating:
-    """The sinusoid whose largest slope, the angle with the tangent π·height/period, is `slope_deg`."""
+    """The sinusoid with the largest slope `slope_deg`, an angle whose tangent is π·height/period."""
     return Grating("sinusoidal", period_um, period_um * np.tan(np.radians(slope_deg)) / np.pi)
 
 
@@ -70,7 +74,7 @@ class Comparison:
 
     light: Light
     rigorous: Efficiencies
-    # By the name of the model, in the order of `rigorous.orders`.
+    # Efficiencies by the name of the model, in the order of `rigorous.orders`.
     scalar: dict[str, np.ndarray]
 
     def misplaced(self, model: Model, polarisation: str = "unpolarised") -> float:
@@ -123,7 +127,10 @@ def mean_sum(grating: Grating, model: Model, angle_deg: float) -> float:
 
 
 def rms_per_order(gratings: list[Grating], model: Model, polarisation: str = "unpolarised") -> float:
-    """Rms error of an order's efficiency over all orders, lights and gratings, in a polarisation of `misplaced`."""
+    """Rms error of an order's efficiency over all orders, lights and gratings.
+
+    The polarisation is "unpolarised", "te" or "tm".
+    """
     errors = [
         each.scalar[model.name] - getattr(each.rigorous, polarisation)
         for grating in gratings

@@ -11,11 +11,11 @@ COLUMNS = 120
 ITEM = re.compile(r"(?:- |\d+\. )")
 # Beginnings of tables, headings, comments and pictures, which a line break would destroy.
 WHOLE_LINE = ("|", "#", "<!--", "![")
-# Space before a marker that would begin a list, a quotation or a heading at the start of a line.
+# Space before a marker that at the start of a line would begin a list, a quotation or a heading.
 BEFORE_MARKER = re.compile(r" (?=(?:[-+*>#=]+|\d+\.) )")
 # Space between a number and its unit.
 BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:[µnmk]?m|[µmn]?s|[kMG]B|%)(?!\w))")
-# Placeholder of a space at which no line may be broken.
+# Stands for a space at which no line may be broken.
 NO_BREAK = "\0"
 
 
@@ -50,7 +50,7 @@ def wrapped(markdown: str) -> str:
 
 
 def filled(paragraph: list[str]) -> list[str]:
-    """The lines of one paragraph or list item, filled; the lines of a list item after its first are indented."""
+    """The lines of one paragraph or list item, filled; all lines of a list item but the first are indented."""
     marker = ITEM.match(paragraph[0])
     first = marker[0] if marker else ""
     rest = " ".join(line.strip() for line in paragraph)[len(first) :]

@@ -14,7 +14,11 @@ from .run import Disagreement, crosscheck, insist
 
 
 def main(words: list[str] | None = None) -> int:
-    """Runs the command. Exit status: 0, 1 if the renderers disagree, 2 after one line on stderr for another error."""
+    """Runs the command with the arguments `words`, by default those of the process.
+
+    Returns the exit status: 0, 1 if the renderers disagree, or 2 after one line on stderr for another error. Wrong
+    arguments end the process with status 2, by argparse, which also prints the usage.
+    """
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.crosscheck", description=__doc__)
     # A string, since argparse applies `type` to no other defaults.
     folder = str(REPOSITORY / "out" / "crosscheck")
@@ -29,7 +33,7 @@ def main(words: list[str] | None = None) -> int:
     except Disagreement as error:
         print(f"{parser.prog}: {error}", file=sys.stderr)
         return 1
-    # Mitsuba raises RuntimeError.
+    # RuntimeError is Mitsuba's.
     except (SetupError, PictureError, ValueError, OSError, RuntimeError) as error:
         print(f"{parser.prog}: error: {error}", file=sys.stderr)
         return 2

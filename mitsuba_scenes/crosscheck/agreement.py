@@ -7,18 +7,20 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-# Smallest brightness of compared pixels, as a fraction of the 99th percentile of the brightness. The largest brightness
-# would depend on a few pixels. Darker pixels appear black, and rounding dominates them: the realtime renderer sums in
-# single precision.
+# Smallest brightness of compared pixels, as a fraction of the 99th percentile of the brightness. It is the
+# percentile, not the maximum, because a few pixels would set the maximum. In darker pixels the amplitudes of
+# diffraction orders may cancel, and their sum in the realtime renderer's single precision has few digits. A smaller
+# fraction would compare such rounding, a larger one fewer pixels.
 FLOOR_FRACTION = 0.01
-# Smallest brightness of pixels that enter this percentile, as a fraction of the brightest. A grating's order lights few
-# pixels; the others have only the tail of its Gaussian and would lower the percentile.
+# Smallest brightness of pixels that enter the percentile of FLOOR_FRACTION, as a fraction of the brightest pixel. A
+# diffraction order of a grating lights few pixels. The others have only the tail of the order, a Gaussian over
+# direction, and would lower the percentile.
 BLACK_FRACTION = 1e-6
-# Largest accepted median of the error, several times the largest measured one (docs/crosscheck.md).
+# Upper limit on the median of the error, several times the largest measured one (docs/crosscheck.md).
 MEDIAN_LIMIT = 1e-3
-# Largest accepted 99th percentile of the error, about twice the largest measured one (docs/crosscheck.md).
+# Upper limit on the 99th percentile of the error, about twice the largest measured one (docs/crosscheck.md).
 P99_LIMIT = 1e-2
-# Smallest number of compared pixels. Chosen: the errors of fewer say little about a picture.
+# Smallest number of compared pixels. The 99th percentile of fewer pixels is hardly smaller than their largest error.
 FEWEST_PIXELS = 50
 
 
@@ -26,8 +28,8 @@ FEWEST_PIXELS = 50
 class Agreement:
     """Relative errors over the compared pixels: those whose brightness reaches `floor` in at least one of the pictures.
 
-    `pixels` is their number. `floor` is the length of a linear sRGB colour. `median`, `p99` (the 99th percentile) and
-    `largest` summarise the errors of single pixels.
+    `pixels` is their number. `floor` is a brightness as in `agreement`, the length of a linear sRGB colour as a vector.
+    `median`, `p99` (the 99th percentile) and `largest` summarise the errors of single pixels.
     """
 
     pixels: int
@@ -50,13 +52,13 @@ class Agreement:
 
 
 def agreement(a: np.ndarray, b: np.ndarray, mask: np.ndarray) -> Agreement:
-    """Compares linear pictures, (height, width, 3), where `mask`, (height, width), is set.
+    """Compares linear sRGB pictures, (height, width, 3), where the boolean array `mask`, (height, width), is true.
 
     The error of a pixel is |a − b| / max(|a|, |b|), and its brightness max(|a|, |b|). Here |·| is the length of a
     colour as a vector. Raises ValueError for values that are not finite and for fewer than FEWEST_PIXELS pixels to
     compare.
     """
-    # From here on (pixels, 3).
+    # From here on the pictures are (pixels, 3).
     a, b = a[mask], b[mask]
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise ValueError("a picture has values that are not finite")
@@ -67,7 +69,7 @@ def agreement(a: np.ndarray, b: np.ndarray, mask: np.ndarray) -> Agreement:
     compared = brightness >= floor
     count = int(compared.sum())
     if count < FEWEST_PIXELS:
-        raise ValueError(f"only {count} pixels are lit, and {FEWEST_PIXELS} are needed to compare pictures")
+        raise ValueError(f"only {count} pixels are bright enough, and {FEWEST_PIXELS} are needed to compare pictures")
     error = np.linalg.norm(a - b, axis=1)[compared] / brightness[compared]
     median, p99 = np.percentile(error, [50, 99])
     return Agreement(count, floor, float(median), float(p99), float(error.max()))

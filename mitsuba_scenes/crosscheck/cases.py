@@ -55,7 +55,8 @@ RELIEF_PARAMETERS = (
     "depth",
 )
 # Parameters of both renderers in checks (a) and (b). The realtime method FLSS (docs/realtime.md) has only one coherence
-# window at a fixed position ("patch"), and no energy conservation. Both renderers get this obliquity factor and index.
+# window, the patch over which light interferes, at a fixed position ("patch"). It has no energy conservation. The
+# obliquity factor (docs/model.md#the-reflectance) and the refractive index are set, too, so that they are equal.
 SAME_MODEL = {"model": "patch", "obliquity": "stam", "conserve_energy": False, "eta": KERATIN}
 
 
@@ -82,8 +83,9 @@ def cases(scan: Path = SCAN) -> list[Case]:
         Case(name, preset_skin(name), SUPERSAMPLE_FEW_ORDERS if name == "blazed" else SUPERSAMPLE_MANY_ORDERS)
         for name in SKINS
     ]
-    # The cover's index differs from keratin's, 1.56, since their interface would else reflect next to nothing. The flat
-    # side of the cover reflects like a mirror, so it sends no light of a directional sun to the camera.
+    # The cover's index differs from keratin's, 1.56, since a relief between two media of nearly the same index would
+    # reflect next to nothing. The flat side of the cover reflects like a mirror, so it sends no light of a
+    # directional sun to the camera.
     presets.append(Case("covered-blazed", {**preset_skin("blazed"), "cover_eta": 1.2}, SUPERSAMPLE_FEW_ORDERS))
     resized = {**preset_skin("xenopeltis"), "scale": 0.7, "depth": 0.8}
     presets.append(Case("resized-xenopeltis", resized, SUPERSAMPLE_MANY_ORDERS))
@@ -107,7 +109,7 @@ def mirrored(case: Case, folder: Path) -> Case:
     """
     exr, npy = folder / f"{case.name}-relief.exr", folder / f"{case.name}-mirrored.npy"
     folder.mkdir(parents=True, exist_ok=True)
-    # `sunbeam height-field` writes the relief in its own frame and refuses a rotation.
+    # `sunbeam height-field` writes the relief in the relief's own frame and refuses a rotation.
     surface = {name: value for name, value in case.skin.items() if name != "rotation"}
     sunbeam("height-field", "-o", exr, *surface_words(surface))
     bitmap = mi.Bitmap(str(exr))
@@ -132,7 +134,7 @@ def plugin(case: Case, **parameters) -> mi.BSDF:
 def turned(bsdf: mi.BSDF, degrees: float) -> Iterator[None]:
     """Rotates the BSDF's relief by further `degrees` within the context, without building its tables again."""
     parameters = mi.traverse(bsdf)
-    # A copy of the rotation in degrees, since the assignment below changes the dictionary's value in place.
+    # A copy of the rotation in degrees, since the assignment below changes the value in `parameters` in place.
     rotation = mi.Float(parameters["rotation.value"])
     parameters["rotation.value"] = rotation + degrees
     parameters.update()

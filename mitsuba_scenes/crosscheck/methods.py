@@ -28,11 +28,13 @@ from . import points, realtime, spectral
 from .cases import Case, bare_scene, plugin
 from .quadrature import Quadrature
 
-# Realtime methods (docs/realtime.md). Those of Dhillon et al. 2014: FLSS sums over uniform wavelengths, NMM only over
-# the wavelengths of diffraction orders, PQ over a finite number of tiles. Then Stam's shader, and the colour table.
+# Realtime methods (docs/realtime.md). The first three are those of Dhillon et al. 2014: FLSS (full lambda spectral
+# sampling) sums at equal steps of the wavelength, NMM only at the wavelengths of which a diffraction order leaves
+# towards the camera, and PQ over P × Q repeats of the tile, the rectangle of relief. Then follow Stam's shader
+# ("stam") and the project's own colour table ("table").
 METHODS = ("flss", "nmm", "pq", "stam", "table")
-# Rays along each side of a pixel. Chosen: with fewer, the patch model's speckle, random bright and dark dots, would
-# hide the methods' differences.
+# Rays along each side of a pixel. With fewer, the patch model's speckle, random bright and dark dots, would hide the
+# methods' differences. More take longer.
 SUPERSAMPLE = 4
 # Name of the plugin's ensemble along the rays of the realtime renderer, without energy conservation.
 SAME_RAYS = "ensemble, same rays"
@@ -69,7 +71,7 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
         method = "table" if name == TABLE_KEPT else name
         skin = {**case.skin, **_realtime_parameters(name)}
         reports[name] = realtime.render(exr(name), method, files.mesh, skin, light, view, SUPERSAMPLE)
-    # The path tracer sums over the same wavelengths, with the same weights, as FLSS.
+    # The path tracer sums over the same wavelengths with the same weights as FLSS.
     quadrature = Quadrature.of_report(reports["flss"])
 
     same_rays = plugin(case, **REFERENCE)

@@ -1,8 +1,8 @@
 """Values at pixel centres: Mitsuba traces a ray through each, and the plugin's BSDF is evaluated at its hit point.
 
 There is no sampling and no filter, so both renderers must give equal values. A colour is the sum over the wavelengths
-of `Quadrature`: Σ π f_r(wi, wo, λ) cos θo · weight(λ). π is the sun's irradiance (light.py), so a white diffuse plane
-facing the sun has colour 1.
+of `Quadrature`: Σ π f_r(wi, wo, λ) cos θo · weight(λ), where f_r is the BSDF in 1/sr. π is the sun's irradiance
+(light.py), so a white diffuse plane facing the sun has colour 1.
 
 The BSDF takes the direction to the camera as wi and the direction to the sun as wo, as in a path tracer. Both are unit
 vectors in the shading frame of the skin, with z along the normal. θo is the angle of wo with the normal.
@@ -24,11 +24,11 @@ from .quadrature import Quadrature
 
 # Number of wavelengths that Mitsuba's spectral variants evaluate at once.
 WAVELENGTHS_PER_CALL = 4
-# Largest angle between the normals of neighbouring pixels on one scale of the snake's skin; across a scale's rim it is
-# larger. Larger values compare pixels across rims, smaller ones compare fewer pixels.
+# Largest angle between the normals of neighbouring pixels on one scale of the snake's skin; across a scale's rim the
+# angle is larger. Larger limits would compare pixels across rims, smaller ones would compare fewer pixels.
 SMOOTH_ANGLE_DEG = 12.0
-# Largest relative difference between the distances to the camera of neighbouring pixels on one scale, with the same
-# effects. For the scene's camera it is about a tenth of the body's width.
+# Largest difference between the distances to the camera of neighbouring pixels on one scale, relative to the distance.
+# Larger and smaller limits act as for the angle. For the scene's camera it is about a tenth of the body's width.
 SMOOTH_DISTANCE = 0.02
 
 
@@ -48,7 +48,7 @@ class Points:
     lit: np.ndarray
     # Whether the point and its 8 neighbours are lit and on one smooth piece of the surface. Only these points are
     # compared: at an edge, rounding decides which surface a ray hits. Pixels at the picture's border are excluded.
-    inside: np.ndarray
+    comparable: np.ndarray
 
 
 class _Hits(NamedTuple):
@@ -84,8 +84,8 @@ def trace_points(scene: mi.Scene, light: Light, view: View) -> Points:
         arrays = [np.array(value).T for value in _trace(scene, light, film_points)]
     hits = _Hits(*(array.reshape(view.height, view.width, *array.shape[1:]) for array in arrays))
     lit = hits.seen & ~hits.shadowed & (hits.to_camera[..., 2] > 0) & (hits.to_sun[..., 2] > 0)
-    inside = _eroded(lit) & _is_smooth(hits.seen, hits.distance, hits.normal)
-    return Points(hits.to_camera, hits.to_sun, hits.seen, lit, inside)
+    comparable = _eroded(lit) & _is_smooth(hits.seen, hits.distance, hits.normal)
+    return Points(hits.to_camera, hits.to_sun, hits.seen, lit, comparable)
 
 
 def _trace(scene: mi.Scene, light: Light, film_point: mi.Point2f) -> _Hits:

@@ -38,7 +38,7 @@ def compare(a: Path, b: Path, **options) -> dict:
 
 
 def surface_words(skin: dict) -> list:
-    """Arguments of `sunbeam` for the plugin's parameters `skin`. The command's name of `filename` is `height-field`."""
+    """Arguments of `sunbeam` for the plugin's parameters `skin`. The command calls `filename` `--height-field`."""
     return _named({"height-field" if name == "filename" else name: value for name, value in skin.items()})
 
 

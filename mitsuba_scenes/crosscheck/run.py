@@ -30,8 +30,8 @@ WHOLE = View(72, 48)
 LIGHTS = tuple(sun(*angles) for angles in ((-180.0, 25.0), (-60.0, 40.0), (-30.0, 25.0)))
 # The sun of check (b), and of the short form of check (a).
 SINGLE_LIGHT = LIGHTS[1]
-# Samples a pixel, a square number, of path-traced pictures of the patch model, whose speckle is noisy. More samples
-# lower the noise and take longer.
+# Samples a pixel, a square number, of path-traced pictures of the patch model. Its speckle makes them noisy. More
+# samples lower the noise and take longer.
 SPP_PATCH = 2304
 # Samples a pixel of path-traced pictures of the ensemble, which has no speckle and needs fewer.
 SPP_ENSEMBLE = 1024

@@ -1,7 +1,7 @@
 """Check (a) of the cross-check (__init__.py): colours at the same points in both renderers.
 
-Negative controls are comparisons that must fail. The realtime method `flss` sums diffraction orders at equal steps of
-the wavelength.
+Negative controls are comparisons that must fail. The realtime method `flss`, full lambda spectral sampling, sums
+diffraction orders at equal steps of the wavelength.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from .points import Points
 from .quadrature import Quadrature
 
 # Relative tolerance of the plugin's tables and of the GPU's series. It is below the rounding error of the realtime
-# renderer's sums in single precision, which therefore dominates the difference.
+# renderer's sums in single precision, so rounding dominates the difference. A smaller tolerance takes longer to build.
 TOLERANCE = 1e-5
-# Rotation of the relief in the negative control. A smaller one would test more strictly whether errors are noticed.
+# Rotation of the relief in the negative control. A smaller angle would test more strictly whether errors are noticed.
 CONTROL_ROTATION_DEG = 1.0
 
 
@@ -70,16 +70,16 @@ def compared(
     Pictures are linear sRGB, (height, width, 3). `mitsuba` is `evaluate(bsdf, hits)`, which also evaluates the negative
     controls: mirrored points ("sign of u", where u is the x component of wi + wo) and a relief rotated by
     CONTROL_ROTATION_DEG ("rotated"). `lit` and `compared` are numbers of pixels; compared pixels are lit and away from
-    edges (`Points.inside`). The other entries are the figures of `Agreement`.
+    edges (`Points.comparable`). The other entries are the figures of `Agreement`.
     """
     controls = {"sign of u": evaluate(bsdf, points.mirrored(hits, case.skin.get("rotation", 0.0)))}
     with turned(bsdf, CONTROL_ROTATION_DEG):
         controls["rotated"] = evaluate(bsdf, hits)
     return {
         "lit": int(hits.lit.sum()),
-        "compared": int(hits.inside.sum()),
-        **agreement(mitsuba, gpu, hits.inside).figures(),
-        "controls": {name: agreement(control, gpu, hits.inside).figures() for name, control in controls.items()},
+        "compared": int(hits.comparable.sum()),
+        **agreement(mitsuba, gpu, hits.comparable).figures(),
+        "controls": {name: agreement(control, gpu, hits.comparable).figures() for name, control in controls.items()},
     }
 
 

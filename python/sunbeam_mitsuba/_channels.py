@@ -24,7 +24,7 @@ _NO_RELIEF = (
 # with "zaxis", which the manufacturer Nanosurf uses.
 _RELIEF = ("height", "topo", "zsens", "zaxis", "elevation", "relief", "hauteur", "höhe", "altura")
 # fmt: on
-# Largest number of channels that a message lists. Chosen: more would make its one line too long to read.
+# Largest number of channels that a message lists. More would make the message, a single line, too long to read.
 _LISTED = 16
 
 

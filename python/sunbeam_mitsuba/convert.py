@@ -1,6 +1,7 @@
-"""Converts files of instruments to ``.gsf``, with the readers of the library SurfaceTopography.
+"""Converts files of measuring instruments to ``.gsf``, with the readers of the library SurfaceTopography.
 
-The library comes with the package's extra ``formats``. Other formats have native readers, those of sunbeam itself
+A ``.gsf``, Gwyddion Simple Field, has a text header with size and units, then heights as 32-bit floats. The library
+comes with the package's extra ``formats``. Other formats have native readers, those of sunbeam itself
 (crates/height_field). On the command line::
 
     python -m sunbeam_mitsuba.convert scan.ibw -o scan.gsf [--channel 0]
@@ -13,6 +14,7 @@ import os
 import sys
 import warnings
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -24,13 +26,15 @@ from ._relief import Relief, relief_of_topography, single_precision, um_per
 if TYPE_CHECKING:
     from typing import Union
 
+    # Path of a file. `Union`, since the type checker follows Python 3.9, which has no `str | os.PathLike[str]`.
     Name = Union[str, "os.PathLike[str]"]
 
 __all__ = ["EXTENSIONS", "Channel", "Reading", "convert", "main", "read"]
 
 # fmt: off
-#: Extensions, without the dot, of the height maps that SurfaceTopography reads and the native readers do not. The
-#: latter refuse them by `INSTRUMENTS` of crates/height_field/src/file/mod.rs.
+#: Extensions, without the dot, of the height maps that SurfaceTopography reads and the native readers do not. The list
+#: `INSTRUMENTS` of crates/height_field/src/file/mod.rs, by which the native readers point to this module, has to be the
+#: same; tests/test_formats.py tries each extension.
 EXTENSIONS = frozenset({
     "al3d", "apx", "bcr", "bcrf", "cur", "datx", "di", "ezd", "frt", "ibw", "jpk", "lext", "mdt", "mi", "mnt", "nc",
     "nid", "nms", "oir", "opd", "opdx", "os3d", "plu", "plux", "poir", "stp", "sur", "tmd", "tom", "top", "vk3", "vk4",
@@ -54,8 +58,8 @@ _BOTTOM_FIRST = ("sdf", "x3p", "xyz")
 _EITHER_FIRST = ("nc",)
 # Relative difference above which the given pixel size contradicts the file's, as in the native readers.
 _PIXEL_SIZE_RTOL = 1e-6
-# Largest accepted pixel and range of heights in µm, as in the native readers. A larger length is probably in a wrong
-# unit.
+# Largest accepted edge of a pixel and largest accepted range of heights in µm, as in the native readers. A larger
+# length is probably in a wrong unit.
 _LARGEST_UM = 1e3
 # Largest number of characters that are shown of a message of SurfaceTopography, so that it stays readable.
 _MESSAGE_MAX = 160
@@ -75,15 +79,16 @@ def read(
 ) -> Reading:
     """Reads the relief in a file with SurfaceTopography.
 
-    ``channel`` is a number from 0 or a title. By default lengths come before channels without a unit, and titles of
-    heights before others; error signals such as deflection are left out. ``pixel_size``, the edge of a pixel in µm, and
-    ``unit``, such as ``"nm"``, are for files without them; where both are given, they must agree with the file.
+    ``channel`` is a number from 0 or a title. By default it is the first channel that is a height by its unit and title
+    (``Channel.rank`` of _channels.py). ``pixel_size``, the edge of a pixel in µm, and ``unit``, such as ``"nm"``, are
+    for files that do not tell them. Where the file tells one, the given value must agree with it.
 
     Raises :class:`SunbeamError` with one line where the file or the library is missing, and where the library cannot
     read the file. Also raises it where the file lacks the channel, a size or a unit, and where lengths are implausible.
     """
     path = Path(file)
-    if not path.is_file():
+    # Unlike Path.is_file, os.path.isfile does not raise for a name that is too long.
+    if not os.path.isfile(path):
         raise SunbeamError(f"{path}: there is no such file")
     try:
         # The library warns of parts of the file that it skips; none of them are heights.
@@ -110,7 +115,8 @@ def convert(
     target = Path(output)
     if target.suffix != ".gsf":
         raise SunbeamError(f"{target}: the output's extension is {target.suffix or 'missing'}; it must be .gsf")
-    if target.is_dir() or not target.parent.is_dir() or not os.access(target.parent, os.W_OK):
+    # os.path.isdir for the reason given in `read`.
+    if os.path.isdir(target) or not os.path.isdir(target.parent) or not os.access(target.parent, os.W_OK):
         raise SunbeamError(f"{target}: cannot be written; name a file in a folder that can")
     reading = read(file, channel, pixel_size=pixel_size, unit=unit)
     _write_gsf(target, reading)
@@ -157,8 +163,9 @@ def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: 
             raise SunbeamError(f"channel {chosen} does not tell its unit; give unit, such as nm (--unit nm)")
         sizes: dict[str, Any] = {}
         if info.physical_sizes is None and format_name != _POINTS:
-            # `info.unit` is the file's unit along x and y; another `unit` is refused by `relief_of_topography`.
-            sizes["physical_sizes"] = _given_sizes(format_name, info.nb_grid_pts, pixel_size, str(unit or info.unit))
+            # `info.unit` is the file's unit along x and y. `relief_of_topography` refuses a given `unit` that
+            # contradicts the file's.
+            sizes["physical_sizes"] = _given_sizes(format_name, info.nb_grid_pts, pixel_size, unit or info.unit)
         # None: `relief_of_topography` finds the order of rows in the file's header.
         top_first = None if format_name in _EITHER_FIRST else format_name not in _BOTTOM_FIRST
         relief = relief_of_topography(info.topography(**sizes), unit, top_first)
@@ -177,13 +184,15 @@ def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: 
 def _open(path: Path) -> Any:
     """Opens a file with the reader that recognises its content, or else with one for its extension.
 
-    Some formats have no signature, and readers of other formats may accept such a file. A reader that does not have
-    the file's extension is therefore only the last resort, unless it reads text, which has any extension.
+    Some formats have no signature, and readers of other formats may accept such a file. A reader without the file's
+    extension is therefore only the last resort, unless it reads text, since text files have any extension.
     """
     readers = library()
     extension = path.suffix[1:].lower()
-    # Reader by content, returned last if its extensions do not fit, and the message of the last reader that failed.
-    found, failure = None, ""
+    # Reader that recognises the content. It is the last resort if it does not have the file's extension.
+    found = None
+    # Message of the last reader that failed.
+    failure = ""
     try:
         found = readers.open_topography(str(path))
         if found.format() in _TEXT or extension in found.file_extensions():
@@ -195,9 +204,13 @@ def _open(path: Path) -> Any:
     for reader in readers.readers:
         if extension in reader.file_extensions():
             try:
-                return reader(str(path))
+                opened = reader(str(path))
             except Exception as error:
                 failure = _failure(error)
+                continue
+            if found is not None:
+                found.close()
+            return opened
     if found is not None:
         return found
     raise SunbeamError(
@@ -211,23 +224,28 @@ def _failure(error: Exception) -> str:
     return f"SurfaceTopography fails on it: {text[:_MESSAGE_MAX]}" if text else ""
 
 
-def _given_sizes(format_name: str, points: Iterable[int], pixel_size: float | None, unit: str) -> tuple[float, ...]:
+def _given_sizes(
+    format_name: str, points: Iterable[int], pixel_size: float | None, unit: str | None
+) -> tuple[float, ...]:
     """Sizes along x and y in the unit ``unit``, for a file that does not tell them.
 
-    ``points`` are the numbers of points along x and y. Raises :class:`SunbeamError` without a pixel size, and for text.
+    ``points`` are the numbers of points along x and y. Raises :class:`SunbeamError` for text, and without a pixel size
+    or a unit.
     """
     if format_name in _TEXT:
         raise SunbeamError("it does not tell its size; sunbeam reads such text itself, with pixel_size in µm")
     if pixel_size is None:
         raise SunbeamError("it does not tell its size; give pixel_size in µm (--pixel-size)")
+    if not unit:
+        raise SunbeamError("it does not tell its unit along x and y; give unit, such as nm (--unit nm)")
     return tuple(count * pixel_size / um_per(unit) for count in points)
 
 
 def _check(relief: Relief, pixel_size: float | None) -> None:
-    """Refuses implausible reliefs with a :class:`SunbeamError`.
+    """Raises :class:`SunbeamError` for a relief that is implausible.
 
-    Refused are reliefs without any height, with another pixel size than the given one, and with lengths beyond
-    _LARGEST_UM.
+    Pixels must have the given size, some point must have a height, and neither an edge of a pixel nor the range of
+    heights may exceed _LARGEST_UM.
     """
     if pixel_size is not None:
         for edge_um in relief.pixel_um:
@@ -251,7 +269,7 @@ def _write_gsf(target: Path, reading: Reading) -> None:
     rows, columns = relief.heights_um.shape
     dx_um, dy_um = relief.pixel_um
     header = {"XReal": columns * dx_um * 1e-6, "YReal": rows * dy_um * 1e-6, "XYUnits": "m", "ZUnits": "m"}
-    # A value in the header must not contain "=" or the null character.
+    # A value in the header must not contain "=" or the null character. `channel_of` has replaced line breaks already.
     title = reading.channel.title.translate(str.maketrans("=\0", "  "))
     metres = single_precision(relief.heights_um[::-1] * 1e-6)
     # The complete file replaces the target at once, so no reader sees a part of it.
@@ -259,9 +277,12 @@ def _write_gsf(target: Path, reading: Reading) -> None:
     try:
         write_gsf(part, metres, {**header, "Title": title})
         os.replace(part, target)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise SunbeamError(f"{target}: cannot be written: {error.strerror or error}") from error
+    # ValueError is that of a title that is not Unicode.
+    except (OSError, ValueError) as error:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+        reason = getattr(error, "strerror", None) or error
+        raise SunbeamError(f"{target}: cannot be written: {reason}") from error
 
 
 class _Parser(argparse.ArgumentParser):
@@ -274,7 +295,8 @@ class _Parser(argparse.ArgumentParser):
 def main(words: list[str] | None = None) -> int:
     """Runs the command line with the arguments ``words``, by default those of the process.
 
-    Returns the exit code: 0 with a report on stderr, or 2 with a one-line error there.
+    Returns the exit code: 0 with a report on stderr, or 2 with a one-line error there. Wrong arguments end the process
+    with status 2, also with one line.
     """
     parser = _Parser(
         prog="python -m sunbeam_mitsuba.convert",
@@ -284,7 +306,9 @@ def main(words: list[str] | None = None) -> int:
     add = parser.add_argument
     add("file", type=Path, metavar="FILE", help="a file of an instrument or a program")
     add("-o", "--output", type=Path, required=True, metavar="FILE.gsf", help="where the heights go")
-    add("--channel", metavar="N", help="number or title of the channel (default: the first that is a height)")
+    help_of_channel = "number or title of the channel (default: the first that is a height by its unit and title)"
+    # A number stays a text: `choose` compares it with the numbers' texts.
+    add("--channel", metavar="N", help=help_of_channel)
     add("--pixel-size", type=float, metavar="UM", help="edge of a pixel in µm, for a file that does not tell its size")
     add("--unit", metavar="UNIT", help="unit of length, such as nm, for a file that does not tell it")
     given = parser.parse_args(words)

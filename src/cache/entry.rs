@@ -1,10 +1,10 @@
-//! One entry of the cache: its key, its file name, and its bytes.
+//! One entry of the cache: the key, the file name, and the bytes of the file.
 //!
 //! | bytes | content |
 //! | --- | --- |
-//! | 0 to 15 | magic |
+//! | 0 to 15 | magic: a text that marks the format |
 //! | 16 to 47 | key: BLAKE3 hash of everything that the tables depend on |
-//! | 48 to 79 | BLAKE3 hash of the contents |
+//! | 48 to 79 | BLAKE3 hash of the contents, which reveals damaged files |
 //! | from 80 on | contents: the tables in postcard's encoding |
 
 #[cfg(feature = "rigorous")]
@@ -18,13 +18,13 @@ use serde::de::DeserializeOwned;
 const MAGIC: &[u8; 16] = b"sunbeam tables 1";
 /// Bytes of a BLAKE3 hash, 32.
 const HASH_BYTES: usize = blake3::OUT_LEN;
-/// Bytes before the contents: magic, key and hash.
+/// Number of bytes before the contents: magic, key and hash of the contents.
 const HEADER_BYTES: usize = MAGIC.len() + 2 * HASH_BYTES;
 /// Extension of an entry's file name. The digits before it are the key in hexadecimal.
 const EXTENSION: &str = ".tables";
 
-/// Hash of the source code that builds tables, set by the build script (`build.rs`). As a part of every key it hides
-/// entries that other versions of the code wrote.
+/// Hash of the source code that builds tables, set by the build script (`build.rs`). It is part of every key, so
+/// entries that other versions of the code wrote are never read.
 const CODE: &str = env!("SUNBEAM_TABLES_CODE");
 
 /// Hash of everything that an entry's tables depend on.
@@ -57,7 +57,8 @@ impl Key {
     /// Key of a height field's tables. `kind` separates the several kinds of tables of one height field.
     fn new(kind: &str, field: &HeightField, options: &Options) -> Self {
         let mut hasher = blake3::Hasher::new();
-        // The length separates the kind, a text of any length, from the bytes after it.
+        // The length separates the kind, a text of any length, from the bytes after it: two different lists of inputs
+        // must not give the same bytes.
         hasher.update(&(kind.len() as u64).to_le_bytes());
         hasher.update(kind.as_bytes());
         hasher.update(CODE.as_bytes());
@@ -72,7 +73,7 @@ impl Key {
             row.extend(heights.iter().flat_map(|h| h.to_le_bytes()));
             hasher.update(&row);
         }
-        // The limit on building does not change what is built.
+        // The limit on memory and time decides whether tables are built, but does not change them.
         let options = Options { build_limit: 1.0, ..options.clone() };
         // `Debug` writes every field's name, and numbers as the shortest decimals that read back unchanged.
         hasher.update(format!("{options:?}").as_bytes());

@@ -10,10 +10,11 @@ use std::time::{Duration, SystemTime};
 
 /// Prefix of the temporary name of an entry that is being written.
 const UNFINISHED: &str = ".unfinished-";
-/// Age after which a temporary file counts as left behind by a process that ended. A day is far longer than any write.
+/// Age after which a temporary file counts as left behind by a process that ended. A day is far longer than any write;
+/// a shorter age could remove a file that is still being written, a longer one keeps useless files.
 const STALE_AGE: Duration = Duration::from_secs(24 * 3600);
 
-/// Reason why an entry was not written, or old ones were not removed after it.
+/// Reason why an entry was not written, or why old entries were not removed after the new one was written.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum KeepError {
     #[error("the entry has {size_bytes} bytes, more than the {limit_bytes} bytes of the whole cache")]
@@ -24,12 +25,12 @@ pub(super) enum KeepError {
     Encode(#[from] postcard::Error),
 }
 
-/// Tables of `key`; `None` unless the folder holds a valid entry of that key. Marks the entry as just used.
+/// Tables stored under `key`; `None` unless the folder holds a valid entry of that key. Marks the entry as just used.
 pub(super) fn read<T: DeserializeOwned>(folder: &Path, key: &Key) -> Option<T> {
     let path = folder.join(key.file_name());
     let tables = decode(key, &fs::read(&path).ok()?)?;
-    // The modification time serves as the time of last use. Setting it needs a file open for writing, which `append`
-    // leaves unchanged. If setting it fails, the entry may be removed too early.
+    // The modification time serves as the time of last use. Setting it needs a file that is open for writing; opening
+    // with `append` leaves the bytes unchanged. If setting it fails, the entry may be removed too early.
     if let Ok(file) = File::options().append(true).open(&path) {
         let _ = file.set_modified(SystemTime::now());
     }
@@ -59,7 +60,7 @@ pub(super) fn keep<T: Serialize>(folder: &Path, key: &Key, tables: &T, limit_byt
 /// `limit_bytes`. Leaves files with other names alone.
 fn make_room(folder: &Path, limit_bytes: u64) -> io::Result<()> {
     let now = SystemTime::now();
-    // Time of last use, size in bytes and path of each entry, so that sorting is by the time.
+    // Time of last use, size in bytes and path of each entry. Sorting is by the first, the time.
     let mut entries = Vec::new();
     for file in fs::read_dir(folder)?.flatten() {
         // Reading the metadata fails for a file that another process has just removed.

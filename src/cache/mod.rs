@@ -1,15 +1,15 @@
 //! Cache of built tables on disk: a surface that was built once is read the next time.
 //!
-//! - One file, an *entry*, holds the tables of one surface. Its name is a hash of everything the tables depend on: the
-//!   relief, the options, and the code that builds tables.
+//! - One file, an *entry*, holds the tables of one surface. Its name is a hash of everything the tables depend on, the
+//!   *key*: the relief, the options, and the code that builds tables.
 //! - An entry is written under a temporary name and then renamed, so readers find a complete entry or none.
 //! - An entry holds a hash of its contents and is ignored unless the hash agrees.
 //! - An unusable folder or entry is no error: the tables are built instead.
-//! - When the folder exceeds its size limit, the least recently used entries are removed.
-//! - `progress` and `build_limit` act on a build alone.
+//! - When all entries together exceed the size limit, the least recently used entries are removed.
+//! - The arguments `progress` and `build_limit` matter only if tables are built. They are no part of the key.
 //!
-//! The `shared_…` functions also share tables within this process ([`Shared`]): while a caller holds them, every call
-//! with otherwise equal arguments returns these tables, whatever the state of the disk.
+//! The `shared_…` functions also share tables within this process ([`Shared`]). While a caller holds tables, every call
+//! whose other arguments give the same key returns these tables, whatever the state of the disk.
 //!
 //! ```
 //! # let folder = tempfile::tempdir()?;
@@ -53,10 +53,10 @@ use std::sync::Arc;
 pub const SWITCH: &str = "SUNBEAM_CACHE";
 /// Environment variable with the cache's folder; the default is the platform's folder for caches.
 pub const FOLDER: &str = "SUNBEAM_CACHE_DIR";
-/// Environment variable with the largest size of the folder, in MB (10⁶ bytes).
+/// Environment variable with the largest size of all entries together, in MB (10⁶ bytes).
 pub const LIMIT: &str = "SUNBEAM_CACHE_LIMIT_MB";
-/// Largest size of the folder in MB where [`LIMIT`] is not set. It holds about a hundred surfaces of 20 MB each. Larger
-/// values take more disk; smaller ones build surfaces again more often.
+/// Largest size of all entries in MB (10⁶ bytes) where [`LIMIT`] is not set. It holds about a hundred surfaces of 20 MB
+/// each. Larger values take more disk; with smaller values surfaces are built again more often.
 pub const DEFAULT_LIMIT_MB: u64 = 2000;
 
 /// An environment variable whose value is not accepted.
@@ -85,7 +85,8 @@ pub enum Origin {
     Built,
     /// Built, and written to the cache.
     Kept,
-    /// Built; the text says why they could not be written to the cache, or why old entries could not be removed then.
+    /// Built. The text says why the tables could not be written to the cache, or why old entries could not be removed
+    /// afterwards.
     NotKept(String),
     /// Read from the cache.
     Read,
@@ -114,7 +115,7 @@ impl Cache {
         Self { folder: None, limit_bytes: 0 }
     }
 
-    /// A cache in `folder`, which is created with the first entry and may grow to `limit_bytes`.
+    /// A cache in `folder`, which is created with the first entry. All entries together may take `limit_bytes`.
     pub fn new(folder: impl Into<PathBuf>, limit_bytes: u64) -> Self {
         Self { folder: Some(folder.into()), limit_bytes }
     }
@@ -172,8 +173,8 @@ impl Cache {
         self.read_or_build(|| Key::of_surface(field, options), || Surface::watched(field, options, progress))
     }
 
-    /// [`Cache::surface`], or the equal surface that this process already holds. Its [`Origin`] is that of the call
-    /// that made it, by any [`Cache`] of this process.
+    /// [`Cache::surface`], or the equal surface that this process already holds. The [`Origin`] is that of the earlier
+    /// call which made the surface, by any [`Cache`] of this process.
     ///
     /// # Errors
     /// The errors of [`Cache::surface`].
@@ -224,7 +225,7 @@ impl Cache {
     ) -> Result<Arc<(GratingSurface, Origin)>, GratingError> {
         static IN_USE: Shared<(Key, u64), (GratingSurface, Origin)> = Shared::new();
         let key = Key::of_grating("grating", profile, body);
-        // A float is no hash key, so its bits stand for it.
+        // A float cannot be the key of a map, so its bits stand for it.
         IN_USE.get((key, coherence_length_um.to_bits()), || {
             let build = || GratingSurface::of_body(profile, body, coherence_length_um, build_limit, progress);
             let (grating, origin) = self.read_or_build(|| key, build)?;

@@ -1,10 +1,10 @@
-//! Values shared within this process: a value that is in use is neither built nor stored twice.
+//! Values shared within this process: a value that is in use is neither made nor held in memory twice.
 
 use std::collections::HashMap;
 use std::hash::Hash;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-/// Map from keys to values that are held weakly: a value is dropped with its last user.
+/// Map from keys to values that are held weakly: a value is dropped when its last user drops the [`Arc`].
 ///
 /// ```
 /// use sunbeam::cache::Shared;
@@ -20,8 +20,8 @@ pub struct Shared<K, T> {
     slots: Mutex<Option<HashMap<K, Slot<T>>>>,
 }
 
-/// Value of one key. The mutex is locked while the value is made; the reference dangles once the last user has dropped
-/// the value.
+/// Value of one key. The mutex is locked while the value is made. The weak reference can no longer be upgraded once the
+/// last user has dropped the value.
 type Slot<T> = Arc<Mutex<Weak<T>>>;
 
 impl<K: Eq + Hash, T> Default for Shared<K, T> {
@@ -36,18 +36,20 @@ impl<K: Eq + Hash, T> Shared<K, T> {
         Self { slots: Mutex::new(None) }
     }
 
-    /// The value of `key` that is in use, or else a new one from `make`. Concurrent calls with one key wait for the
-    /// first of them, and call their own `make` if it fails; calls with other keys do not wait. `make` must not get the
-    /// same key, for which it would wait forever.
+    /// The value of `key` that is in use, or else a new value from `make`.
+    ///
+    /// Of concurrent calls with one key, the first makes the value and the others wait. If its `make` fails, another
+    /// of them calls its own `make`. Calls with other keys do not wait. `make` must not call `get` with the same key,
+    /// which would wait forever.
     ///
     /// # Errors
     /// The errors of `make`.
     pub fn get<E>(&self, key: K, make: impl FnOnce() -> Result<T, E>) -> Result<Arc<T>, E> {
-        // A panic of `make` changes neither map nor slot, so the contents of a poisoned lock are consistent.
+        // Poisoned locks are used all the same: a panic of `make` changes neither map nor slot.
         let slot = {
             let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
             let slots = slots.get_or_insert_with(HashMap::new);
-            // Keeps the slots that another call holds (`get_mut` is `None`) and those whose value has a user.
+            // Keeps slots that another call holds, for which `get_mut` is `None`, and slots whose value has a user.
             slots.retain(|_, slot| {
                 Arc::get_mut(slot)
                     .is_none_or(|value| value.get_mut().unwrap_or_else(PoisonError::into_inner).strong_count() > 0)

@@ -3,9 +3,9 @@
 /// Fraction of the lit pixels that may clip. Larger values brighten pictures; smaller ones keep more highlights.
 const CLIPPED_FRACTION: f64 = 0.01;
 
-/// Factor on a picture in linear sRGB that leaves at most the fraction `CLIPPED_FRACTION` of the lit pixels above 1 in
-/// any channel. The largest channel of all other pixels becomes 1. A pixel is lit if a channel is positive. The factor
-/// of a black picture is 1.
+/// Factor on a picture in linear sRGB after which at most the fraction `CLIPPED_FRACTION`, 1 %, of the lit pixels have
+/// a channel above 1. The largest channel of all other pixels becomes 1. A pixel is lit if a channel is positive. The
+/// factor of a black picture is 1.
 ///
 /// ```
 /// // One bright pixel in two hundred may clip.
@@ -16,7 +16,7 @@ pub fn automatic_exposure(pixels: impl Iterator<Item = [f64; 3]>) -> f64 {
     // Largest channels of the lit pixels.
     let mut peaks: Vec<f64> = pixels.map(|[r, g, b]| r.max(g).max(b)).filter(|peak| *peak > 0.0).collect();
     peaks.sort_by(f64::total_cmp);
-    // Only the peaks after this index clip.
+    // Only pixels with a peak after this index clip.
     let last_unclipped = ((1.0 - CLIPPED_FRACTION) * peaks.len() as f64) as usize;
     // Without lit pixels there is no peak.
     peaks.get(last_unclipped).map_or(1.0, |peak| 1.0 / peak)

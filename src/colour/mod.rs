@@ -1,4 +1,4 @@
-//! Colour: spectra to sRGB, tone mapping, and colour differences.
+//! Colour: conversion of spectra to sRGB, tone mapping, and colour differences.
 //!
 //! - [`cie_xyz`], [`d65`]: the CIE 1931 2° observer and the daylight D65, by wavelength in nm.
 //! - [`SpectralToRgb`]: weights from samples of a reflectance on any uniform grid of wavelengths to linear sRGB under

@@ -7,17 +7,17 @@
 //! p'   KNEE + (1 − KNEE)·e/(e + SHOULDER) where e > 0, else p: the largest channel that is displayed, below 1
 //! ```
 
-/// Largest channel up to which colours are displayed unchanged. Chosen: larger values leave less contrast to
-/// highlights; smaller ones darken more of the picture.
+/// Largest channel up to which colours are displayed unchanged. Larger values leave less contrast to highlights;
+/// smaller ones darken more of the picture.
 const KNEE: f64 = 0.8;
-/// Excess over [`KNEE`] that is displayed halfway between the knee and 1. Chosen: larger values keep contrast between
-/// brighter highlights; smaller ones display moderate highlights brighter.
+/// Excess over [`KNEE`] that is displayed halfway between the knee and 1. Larger values keep contrast between brighter
+/// highlights; smaller ones display moderate highlights brighter.
 const SHOULDER: f64 = 0.6;
 
 /// Maps linear sRGB, multiplied by `2^stops`, to [0, 1] for [`super::srgb_encode`].
 ///
-/// Colours whose largest channel is at most `KNEE` are kept. All channels of brighter ones are multiplied by one
-/// factor, which keeps their hue. Negative channels and NaN become 0. Only a colour with an infinite channel, for which
+/// Colours whose largest channel is at most `KNEE`, 0.8, are kept. All channels of brighter colours are multiplied by
+/// one factor, which keeps their hue. Negative channels and NaN become 0. A colour with an infinite channel, for which
 /// the curve is not defined, is kept and exceeds 1.
 ///
 /// ```

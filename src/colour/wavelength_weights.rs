@@ -1,6 +1,7 @@
-//! Weights that integrate a spectrum over the wavelengths of a surface's tables to a colour.
+//! Weights that integrate a spectrum over the wavelengths of a surface's tables, 360 to 830 nm, to a colour.
 //!
-//! They differ from [`super::SpectralToRgb`] in the grid, which is fixed, and in the fourth channel, luminance.
+//! They differ from [`super::SpectralToRgb`] in the grid, which is fixed at every nm, and in a fourth channel,
+//! luminance.
 
 use super::{cie_xyz, d65, xyz_to_linear_srgb};
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};

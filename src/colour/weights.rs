@@ -40,10 +40,10 @@ pub enum ColourError {
 }
 
 /// Smallest accepted sum of a channel's weights before scaling, as a fraction of the largest channel's sum. On a grid
-/// that covers the visible range the sums are about equal. Chosen: smaller values accept grids whose colours are far
-/// off.
+/// that covers the visible range the sums are about equal. Smaller values would accept grids whose colours are far off;
+/// larger ones would refuse coarse grids of passable colours.
 const WHITE_MIN: f64 = 0.05;
-/// Largest number of wavelengths of [`SpectralToRgb::visible`], chosen to bound the memory: the weights take 24 MiB.
+/// Largest number of wavelengths of [`SpectralToRgb::visible`]. It bounds the memory: so many weights take 24 MiB.
 const COUNT_MAX: usize = 1 << 20;
 
 /// Weights that turn samples of a reflectance `f(λ_i)`, lit by D65 and seen by the CIE 1931 2° observer, into linear

@@ -1,7 +1,7 @@
 //! Fit of one ring: coefficients of a bicubic B-spline from samples of the colour F over direction and w.
 //!
-//! F(u, v, w) is the colour at the scattering vector wi + wo, whose w is along the normal, from 0 to 2
-//! ([module](super)). A ring has one radius in the plane of (u, v), and its directions are uniformly spaced.
+//! F(u, v, w) is the colour at the scattering vector wi + wo, whose component w along the normal is from 0 to 2
+//! ([module](super)). A ring is a circle in the plane of (u, v). Its *directions* are azimuths, uniformly spaced.
 //!
 //! Near the horizon, for w → 0, F falls as w² down to a constant from the tails of order zero. For a small relative
 //! error there, the spline represents the scaled colour `F·(w² + knee²)/(w² + zero²)`, which changes little with w.
@@ -15,9 +15,9 @@ use nalgebra::DMatrix;
 
 /// A ring's spline.
 pub(super) struct FittedRing {
-    /// `knee²` of the module's formula.
+    /// `knee²` of the formula at the head of this file.
     pub knee_squared: f64,
-    /// `zero²` of the module's formula.
+    /// `zero²` of the same formula.
     pub zero_squared: f64,
     /// Spline coefficients `[direction][w][channel]`, with [`RingPlan::w_count`] of them over w. The first over w
     /// belongs to the knot −1.
@@ -99,8 +99,8 @@ fn collocation_inverse(ring: &RingPlan) -> Vec<f32> {
 /// Each column s is filtered by two recursive passes around the ring, with the pole `z = √3 − 2` ([`POLE`]):
 /// `p[i] = s[i] + z·p[i − 1]`, then `q[i] = z·(q[i + 1] − p[i])`. The coefficients are 6·q (`table/spline.rs`).
 fn prefilter_periodic(values: &mut [f32], row_len: usize) {
-    /// Rows after which a filter has forgotten its start: |pole|²⁴ ≈ 2e-14 is below the rounding of single precision.
-    /// So is |pole|¹⁶ ≈ 7e-10, on rings of `DIRECTIONS_MIN` = 16 directions.
+    /// Rows after which a filter has forgotten its start: |pole|²⁴ ≈ 2e-14 is below the rounding of single precision. A
+    /// ring may have as few as `DIRECTIONS_MIN` = 16 rows; |pole|¹⁶ ≈ 7e-10 is also below it.
     const WARM_UP: usize = 24;
     let pole = POLE as f32;
     let n = values.len() / row_len;

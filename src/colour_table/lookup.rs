@@ -1,4 +1,5 @@
-//! Look-up in a [`super::ColourTable`], generic over [`Numbers`].
+//! Look-up in a [`super::ColourTable`], generic over [`Numbers`]: an `N::Real` is one number, a SIMD vector or a traced
+//! variable.
 //!
 //! The table holds the colour F of the scattering vector `q = wi + wo = (u, v, w)`, on rings in the plane of (u, v). A
 //! look-up reads the four rings nearest to the radius `r = |(u, v)|`, and on each ring 4 × 4 coefficients of a cubic
@@ -46,7 +47,7 @@ impl<N: Numbers> ColourView<N> {
         let position = arsinh / growth - lit(0.5);
         let inner = position.floor();
         let weights = lagrange_weights(position - inner);
-        // ln(1 + w/w_log).
+        // ln(1 + w/w_log), in e-folds.
         let efolds = w.fma(lit(1.0 / f64::from(self.layout.w_log)), lit(1.0)).log2() * lit(LN_2);
         let rings = [-1.0, 0.0, 1.0, 2.0].map(|i| inner + lit(i));
         // Values [channel][ring]. `map_each` calls the function for each ring in turn. In kernels that Dr.Jit records,

@@ -1,12 +1,14 @@
 //! Colour of a relief, tabulated over the scattering vector `q = wi + wo = (u, v, w)`: the integral over wavelength,
-//! which RGB renderers and the GPU read with a few fetches.
+//! which RGB renderers and the GPU read with a few fetches. wi and wo are the unit vectors to the light and to the
+//! viewer.
 //!
 //! Without obliquity and shadowing, the reflectance of a pair of directions has the colour
 //!
 //! `F(q) = ∫ R(λ, |q|/2)·S(f; κ)/λ² · weight(λ) dλ`, with `f = (u, v)/λ` and `κ = 2πw/λ`.
 //!
 //! - `F`: linear sRGB in 1/sr. Colours outside sRGB have negative channels.
-//! - `S`: power spectrum of the relief in µm² ([`crate::table`]), at the frequency `f` and the phase rate `κ`.
+//! - `S`: power spectrum in µm² ([`crate::table`]) of the phase screen `exp(iκh)` with the relief's heights h, at the
+//!   frequency `f` in cycles/µm. The phase rate `κ` is in rad/µm.
 //! - `R`: reflectance of the interface at the half vector, whose cosine with either direction is `|q|/2`; 1 where the
 //!   caller applies it.
 //! - `weight`: linear sRGB per wavelength, for the CIE 1931 observer under D65 from 380 to 780 nm. `S/λ² = 1` at every
@@ -14,12 +16,12 @@
 //!
 //! The layout follows the widths of the features of `F`. Like `q`, these are dimensionless:
 //!
-//! - Near `(u, v) = 0` they are as fine as an order: 0.003 at the default coherence length. Along the radius
+//! - Near `(u, v) = 0` features are as fine as an order: 0.003 at the default coherence length. Along the radius
 //!   `r = |(u, v)|` the integral over wavelength smears them to about 4 % of `r`. So the table consists of rings around
 //!   the centre whose spacing grows with `r` (`rings.rs`).
-//! - Along a ring they stay as fine as an order. The number of directions is proportional to the circumference.
-//! - Over `w` they are as wide as `λ/(range of heights)`. Since `|q| ≤ 2`, outer rings span less of `w` and need fewer
-//!   knots.
+//! - Along a ring features stay as fine as an order. The number of directions is proportional to the circumference.
+//! - Over `w` features are as wide as `λ/(range of heights)`. Since `|q| ≤ 2`, outer rings span less of `w` and need
+//!   fewer knots.
 //!
 //! On a ring, a scaled `F` (`fit.rs`) is a cubic B-spline over direction (periodic) and `w`. Between rings it is the
 //! cubic polynomial through four of them. A look-up ([`ColourView`]) reads 4 × 4 × 4 words of 32 bits.
@@ -60,7 +62,7 @@ pub const RESOLUTION: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 /// let table = ColourTable::build(&Preset::Blazed.build(None, None)?, &options)?;
 ///
 /// // A period of 2.5 µm at normal incidence: order 1 is blue at u = 0.45/2.5 and red at u = 0.65/2.5.
-/// // The argument `active` is for lanes of vectors; here it is true.
+/// // The last argument is a mask of SIMD lanes; a plain number is one lane, which is active.
 /// let view = table.view::<f32>();
 /// let colour = |u: f32| view.relief_rgb(u, 0.0, 1.0 + (1.0 - u * u).sqrt(), true);
 /// let ([red, _, blue], [other_red, _, other_blue]) = (colour(0.18), colour(0.26));
@@ -131,7 +133,7 @@ pub struct ColourTableReport {
     pub order_sigma_per_um: f64,
     /// Relative error of the spectral table; see [`crate::table::TableReport::relative_error`].
     pub spectral_error: f64,
-    /// Build time in seconds, spectral table included.
+    /// Build time in seconds, including that of the spectral table, from which the colours are integrated.
     pub build_seconds: f64,
 }
 

@@ -1,4 +1,5 @@
-//! Three signed numbers in a 32-bit word: mantissas of 9 bits and a shared exponent of 5 bits.
+//! Packing of a colour table's spline coefficients: the three signed numbers of red, green and blue in a 32-bit word,
+//! with mantissas of 9 bits and a shared exponent of 5 bits.
 //!
 //! Bits from the lowest: red, green, blue, exponent. A number is `m·2^e`. Its mantissa m, from −255 to 255, is stored
 //! as `m + 256`. The exponent e is stored as `e + 127 − offset`, from 0 to 31, with one `offset` per table.
@@ -14,8 +15,8 @@ const STORED_EXPONENT_MAX: i32 = (1 << (u32::BITS - 3 * MANTISSA_BITS)) - 1;
 /// Bias of a single-precision exponent, 127.
 const BIAS: i32 = f32::MAX_EXP - 1;
 
-/// Exponent offset of a table whose largest absolute value is `table_largest`, a finite number. This value gets the
-/// largest stored exponent.
+/// Exponent offset of a table whose largest absolute value is `table_largest`, a finite number: the offset with which
+/// this value gets the largest stored exponent.
 pub(super) fn exponent_offset(table_largest: f32) -> u32 {
     // Within these bounds powers of two and their products with a mantissa are normal numbers.
     (exponent(table_largest) + BIAS - STORED_EXPONENT_MAX).clamp(1, 200) as u32

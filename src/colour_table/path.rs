@@ -1,11 +1,12 @@
 //! Integral over wavelength along rays of the frequency plane.
 //!
 //! The result is the colour F of the scattering vector q = wi + wo = (u, v, w), sampled on rings in the plane of (u,
-//! v). S(f; κ) is the power spectrum of the relief in the spectral table, at the frequency f and the phase rate κ. R is
-//! the reflectance of the interface, and `weight` the linear sRGB per wavelength ([module](super)).
+//! v): circles about the origin. S(f; κ) is the power spectrum of the relief in the spectral table, at the frequency f
+//! in cycles/µm and the phase rate κ in rad/µm. R is the reflectance of the interface, and `weight` the linear sRGB
+//! per wavelength ([module](super)).
 //!
-//! At one direction φ of a ring of radius r, the wavelength λ reads the spectral table at the radial frequency
-//! `ρ = r/λ`. So the integrand lies on a ray from the origin, and `dλ/λ² = −dρ/r`:
+//! At the azimuth φ on a ring of radius r, light of the wavelength λ has the radial frequency `ρ = r/λ`. So the
+//! integral over λ is one along a ray of the frequency plane, from the origin at the azimuth φ, and `dλ/λ² = −dρ/r`:
 //!
 //! `F = Σ_ρ (Δρ/r)·R·weight(λ)·S(f; κ)` with `f = ρ·(cos φ, sin φ)`, `λ = r/ρ` and `κ = 2πw/λ`.
 //!
@@ -28,8 +29,8 @@ pub(super) const RAYS: usize = 16;
 pub(super) type PerRay = [f32; RAYS];
 /// Step over ρ in standard deviations of an order. The trapezoid rule errs by 2·exp(−2π²/1.3²) ≈ 2e-5 of a Gaussian.
 pub(super) const STEP_SIGMAS: f64 = 1.3;
-/// Smallest number of steps over the visible wavelengths, about 6 nm each in the green. More take longer; fewer would
-/// miss the curvature of the colour matching functions.
+/// Smallest number of steps over the visible wavelengths, about 6 nm each in the green. More steps take longer; fewer
+/// would miss the curvature of the colour matching functions.
 pub(super) const STEPS_MIN: f64 = 64.0;
 /// Visible wavelengths in µm, shortest and longest.
 pub(super) const VISIBLE_UM: (f64, f64) = (OBSERVER_RANGE_NM.0 * 1e-3, OBSERVER_RANGE_NM.1 * 1e-3);
@@ -52,7 +53,7 @@ pub(super) struct Path {
 pub(super) struct Term {
     /// Index of the point on the path.
     point: usize,
-    /// Index of w among the ring's samples.
+    /// Index of w among the samples over w ([`RingPlan::sampled_w`]).
     w_index: usize,
     /// Index of the first spline coefficient read.
     first: usize,
@@ -107,8 +108,8 @@ impl Path {
             let wavelength_nm = 1e3 * wavelength_um;
             let wavelength_rgb = colours.density(wavelength_nm);
             for (w_index, &w) in sampled_w.iter().enumerate() {
-                // The largest w belong to look-ups at smaller radii, which interpolate with this ring. At its own
-                // radius no pair of directions has a κ beyond the limit, and records end there.
+                // The largest w belong to look-ups at smaller radii, which interpolate with this ring. At the ring's
+                // own radius no pair of directions has a κ beyond the limit, at which records end.
                 let kappa = (TAU * w / wavelength_um).min(table.kappa_limit([frequency, 0.0]));
                 // The four coefficients of a record's spline that are read at this κ, and the factors of `Term`.
                 let curve = NodeCurve::new(table, kappa);

@@ -1,7 +1,7 @@
-//! Resolution of a colour table: radii of its rings, directions on each, knots over w.
+//! Resolution of a colour table: radii of its rings, directions on each ring, knots of splines over w.
 //!
 //! The table holds a colour over the scattering vector (u, v, w), on rings in the plane of (u, v) around the origin.
-//! All three are sums of two direction cosines.
+//! Each component is the sum of a direction cosine of the light and one of the viewer.
 //!
 //! Ring k has the radius `r_k = inner_spacing/growth · sinh(growth·(k + ½))`. Near the centre rings are `inner_spacing`
 //! apart, further out `growth·r`. The finest feature over radius and direction is the Gaussian of an order. Its
@@ -23,7 +23,7 @@ const RING_SPACING: f64 = 0.45;
 /// them.
 const SPACING_MAX: f64 = 0.1;
 /// Spacing of the outer rings over their radius. The integral over wavelength smears features by the width of the
-/// colour matching functions, 0.04 to 0.09 of the radius. Larger values blur colours; smaller ones take more rings.
+/// colour matching functions, 0.04 to 0.09 of the radius. Larger values blur colours; smaller values take more rings.
 const GROWTH: f64 = 0.025;
 /// Knots over w per feature: per half wave of the fastest fringe, and per e-fold of `1 + w/`[`W_LOG`]. This is enough
 /// for a ΔE₂₀₀₀ below 1 in 99 % of the directions (`tests/core/colour_table.rs`).

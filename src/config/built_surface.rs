@@ -1,5 +1,6 @@
-//! The surface that a configuration builds, by either theory. Its values include the interface's factor: the Fresnel
-//! reflectance, or the small-slope factor ([`Pair::interface`]).
+//! The surface that a configuration builds, by either theory: a phase screen, or a grating by Maxwell's equations.
+//! Values of the surface include the interface's factor: the Fresnel reflectance, or the small-slope factor
+//! ([`Pair::interface`]).
 
 use crate::cache::Origin;
 use crate::grating::{GratingReport, GratingSurface};
@@ -23,17 +24,19 @@ use std::sync::Arc;
 /// ```
 pub struct BuiltSurface {
     tables: Tables,
-    /// The cover; tables take directions inside it. `None` for a bare surface, such as every surface that transmits.
+    /// The cover, a flat clear layer over the relief. Tables take directions inside the cover. `None` for a bare
+    /// surface, such as every surface that transmits.
     cover: Option<Cover>,
 }
 
 /// Tables of a surface by one of the theories.
 enum Tables {
-    /// A phase screen, whose values leave the interface's factor out, and the index of the material for this factor,
-    /// relative to the cover's. `None` reflects everything. Values of a body that transmits include the factor.
+    /// A phase screen, and the refractive index of the material relative to the cover's; `None` reflects everything.
+    /// Values of the tables leave out the interface's factor, for which the index is needed. Only values of a body that
+    /// transmits include it.
     Scalar(Box<Surface>, Option<ComplexIndex>),
-    /// A grating by Maxwell's equations, whose values include the material, and whether it came from the cache. Other
-    /// surfaces of this process may share it.
+    /// A grating by Maxwell's equations, whose values include the material's reflectance, and whether its tables came
+    /// from the cache. Other surfaces of this process may share them.
     Rigorous(Arc<(GratingSurface, Origin)>),
 }
 

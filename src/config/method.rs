@@ -37,9 +37,9 @@ impl SurfaceConfig {
     /// A realtime method by the configuration's theory. The scalar theory has all kinds of methods, and builds them
     /// without the cache. The rigorous theory has [`MethodKind::Table`] only, whose tables come from `cache`.
     ///
-    /// `index` is the index of the material in place of the configuration's; `None` reflects everything. A film takes
-    /// the configuration's own index instead. Under a cover, the method takes directions inside it: the caller refracts
-    /// those outside.
+    /// `index` replaces the configuration's index of the material; `None` reflects everything. A film keeps the
+    /// configuration's own index. Under a cover, the method takes directions inside the cover, to which the caller
+    /// refracts directions outside.
     ///
     /// Answers of the rigorous theory include the material's reflectance. For the scalar theory, [`Method::answers`]
     /// tells whether they do, or leave this factor to the caller ([`AnswerKind::Relief`]).

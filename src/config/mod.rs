@@ -115,7 +115,7 @@ pub struct SurfaceConfig {
     /// Continuation beyond the tile (default: `aperiodic` for files by the scalar theory, else `periodic`).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tiling: Option<Tiling>,
-    /// Size of the pattern along x and y relative to the relief given (default: 1). The coherence length stays.
+    /// Size of the pattern along x and y relative to the relief given (default: 1). The coherence length is not scaled.
     #[serde(skip_serializing_if = "is_one")]
     pub scale: f64,
     /// Heights relative to the relief given (default: 1).
@@ -149,7 +149,8 @@ pub struct SurfaceConfig {
     /// Index of a flat clear layer over the relief, such as a disc's polycarbonate or a foil's lacquer (default: none).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cover_eta: Option<f64>,
-    /// Fate of the light that passes the relief of a dielectric (default: `none`).
+    /// Fate of the light that passes the relief of a dielectric: absorbed, or transmitted through a film or into a
+    /// medium (default: `none`, absorbed).
     #[serde(skip_serializing_if = "is_none")]
     pub transmission: Transmission,
     /// Relative error of the tables (default: 1e-3).
@@ -283,7 +284,8 @@ impl SurfaceConfig {
     }
 }
 
-/// A message of serde_json without its end " at line 1 column 23". The name of the parameter replaces the position.
+/// A message of serde_json without its end, such as " at line 1 column 23". [`ConfigError::Malformed`] names the
+/// parameter instead.
 fn without_position(message: &str) -> String {
     message.rsplit_once(" at line ").map_or(message, |(head, _)| head).to_owned()
 }

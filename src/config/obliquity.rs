@@ -1,6 +1,6 @@
-//! The parameter `obliquity`. It selects a factor of the reflectance: O, a function of the directions of light and
-//! viewer alone (docs/model.md#the-reflectance), or the small-slope factor Q, which takes the place of O and of the
-//! Fresnel reflectance (docs/model.md#the-small-slope-factor).
+//! The parameter `obliquity`. It selects a factor of the reflectance. The obliquity factor O is a function of the
+//! directions of light and viewer alone (docs/model.md#the-reflectance). The small-slope factor Q takes the place of O
+//! and of the Fresnel reflectance (docs/model.md#the-small-slope-factor).
 
 use crate::scattering::{Obliquity, SpectralIndex};
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,5 @@
-//! Ranges of the parameters, and combinations that contradict each other. `theory.rs` and `transmission.rs` refuse what
-//! contradicts the parameters `theory` and `transmission`.
+//! Ranges of the parameters, and combinations that contradict each other. `theory.rs` and `transmission.rs` refuse the
+//! parameters that contradict `theory` and `transmission`.
 
 use super::{Accepted, COVER_ETA, ConfigError, ETA, K, RELATIVE_SIZE, ReliefSource, Source, SurfaceConfig, Theory};
 use crate::height_field::{MAX_LENGTH_UM, Preset, REGION_SIZE_UM, REGION_SPREAD};
@@ -153,7 +153,7 @@ impl SurfaceConfig {
         }
     }
 
-    /// Refuses a cover or transmission. `user` names the functions that work with bare reliefs only, for the message.
+    /// Refuses a cover or transmission. `user` is a plural for the message: functions that work with bare reliefs only.
     ///
     /// # Errors
     /// [`ConfigError::Contradiction`] if the configuration has either.

@@ -1,4 +1,4 @@
-//! The body that carries a grating.
+//! The body that carries a grating: the medium below its relief, and whether light passes through.
 
 use crate::scattering::SpectralIndex;
 
@@ -29,8 +29,8 @@ pub enum GratingBody<'a> {
 }
 
 impl GratingBody<'_> {
-    /// Whether the medium below the relief is a dielectric. Efficiencies vary more smoothly than above a metal, but one
-    /// solution takes longer (`plan.rs`).
+    /// Whether the medium below the relief is a dielectric. Its orders' efficiencies vary more smoothly than those of a
+    /// metal, but one solution takes longer (`plan.rs`).
     pub(super) fn is_dielectric(self) -> bool {
         match self {
             Self::Reflector(index) => index.is_some_and(SpectralIndex::is_dielectric),

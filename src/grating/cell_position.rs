@@ -1,14 +1,16 @@
 //! Position of an incident wave in the cells of a grating's tables.
 //!
-//! The wave has the wave number `a` along x, in units of 2π/d; orders propagate where theirs, `a + m`, is between −t
-//! and t (symbols: `mod.rs`). Below an interface, tm takes the place of t in some cells.
+//! The wave has the wave number `a` along x, and order m has `a + m`, both in units of 2π/d with the period d. An
+//! order propagates where its wave number lies between −t and t (symbols: `mod.rs`). Below an interface, tm takes the
+//! place of t in some cells.
 //!
-//! The lines `t − a = integer` and `t + a = integer` divide the plane of (t, a) into cells. On each line one order
+//! The lines `t − a = integer` and `t + a = integer` divide the plane of (t, a) into *cells*. On each line one order
 //! appears at the horizon. Within a cell the set of propagating orders is constant and their efficiencies are smooth,
-//! except below an interface (`channels.rs`). Towards a line efficiencies vary as the square root of the distance. A
-//! position within a cell is given by the fractional parts p of `t − a` and q of `t + a`. They are mapped so that nodes
-//! with equal steps crowd towards both lines ([`node_coordinate`]). Cells that are shifted by an integer along a differ
-//! in the indices m alone, so they share the index s. The WGSL twin is in `src/methods/grating.wgsl`.
+//! except below an interface (`channels.rs`). Towards a line efficiencies vary as the square root of the distance.
+//!
+//! A position within a cell is given by the fractional parts p of `t − a` and q of `t + a`. [`node_coordinate`] maps
+//! both so that nodes with equal steps crowd towards the lines. Cells that are shifted by an integer along a differ in
+//! the indices m alone, so they share the index s. The WGSL twin is in `src/methods/grating.wgsl`.
 
 use crate::numeric::{Number, Numbers, Real};
 
@@ -17,16 +19,16 @@ use crate::numeric::{Number, Numbers, Real};
 pub(super) struct CellPosition<N: Numbers> {
     /// Index s of the cell: the number of propagating orders minus one. It is −1 where no order propagates.
     pub cell: N::Double,
-    /// *Order number*, the place among the propagating orders by ascending m, of m = 0. That order has the wave number
-    /// of the incident wave along x. From 0 to s where the incident wave propagates.
+    /// *Order number* of m = 0: its place among the propagating orders by ascending m. Order 0 has the wave number of
+    /// the incident wave along x. From 0 to s where the incident wave propagates.
     pub incident: N::Double,
     /// [`node_coordinate`] of p and of q, in [0, 1].
     pub coordinates: [N::Real; 2],
 }
 
 impl<N: Numbers> CellPosition<N> {
-    /// Position of the wave with these `t` and `a`, in double precision: they may be large, and only their fractional
-    /// parts matter.
+    /// Position of the wave with these `t` and `a`. They are in double precision (`N::Double`: one number, a SIMD
+    /// vector or a traced variable), since they may be large while their fractional parts matter.
     #[inline(always)]
     pub(super) fn new(t: N::Double, a: N::Double) -> Self {
         let sums = [t - a, t + a];

@@ -4,14 +4,15 @@
 //! between channels. In each cell of a table channels have consecutive indices from 0: those above come first, then
 //! those below, each by ascending order m. Which orders propagate is constant within a cell, except below an interface.
 //!
-//! Order m has the wave number `a + m` along x, in units of 2π/d, with `a` of the incident wave. It propagates in air
-//! where `|a + m| < t` and in a medium where `|a + m| < tm` (further symbols: `mod.rs`). Indices m and numbers of
-//! orders are whole numbers in double precision, the type in which they are computed.
+//! Wave numbers along x are in units of 2π/d, with the period d. The incident wave has the wave number `a`, and order m
+//! has `a + m`. Order m propagates in air where `|a + m| < t` and in a medium where `|a + m| < tm` (further symbols:
+//! `mod.rs`). Indices m and numbers of orders are whole numbers in double precision (`N::Double`), the type in which
+//! they are computed. The code is generic over `N: Numbers`: one number, a SIMD vector or a traced variable.
 
 use super::cell_position::CellPosition;
 use crate::numeric::{Number, Numbers, Real};
 
-/// Channels of the cell of one incident wave, and the position of the wave in the table.
+/// Channels of the cell that has a given incident wave, and the position of the wave in the table.
 #[derive(Clone, Copy)]
 pub(super) struct Channels<N: Numbers> {
     /// Index of the wave's cell in the table.
@@ -39,7 +40,8 @@ pub(super) struct BoundBelow<N: Numbers> {
 
 impl<N: Numbers> Channels<N> {
     /// Channels at a position in the cells of a reflector or film. `cell` is the index of the position's cell, clipped
-    /// to the table. `sides_below` is 1 if the same orders propagate below the relief, as at a film, and else 0.
+    /// to the table. `sides_below` is 1 at a film, below which the same orders propagate as above, and 0 at a
+    /// reflector.
     #[inline(always)]
     pub(super) fn of_cell(position: &CellPosition<N>, cell: N::Index, sides_below: f64) -> Self {
         // Orders −⌊t + a⌋ to ⌊t − a⌋ propagate; `position.incident` is ⌊t + a⌋, `position.cell` their number minus 1.
@@ -109,7 +111,7 @@ mod tests {
     fn orders_propagate_below_t() {
         let (t, a) = (2.7, 0.5);
         let position = CellPosition::<Double>::new(t, a);
-        // Cell ⌊2.7 − 0.5⌋ + ⌊2.7 + 0.5⌋.
+        // Cell ⌊2.7 − 0.5⌋ + ⌊2.7 + 0.5⌋ = 5, of a film.
         let channels = Channels::of_cell(&position, 5, 1.0);
         for (m, is_below) in (-8..=8).flat_map(|m| [(f64::from(m), false), (f64::from(m), true)]) {
             let (channel, propagates) = channels.of_order(m, is_below);

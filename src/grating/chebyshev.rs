@@ -3,7 +3,8 @@
 //!
 //! Along a side of a cell, efficiencies vary as the square roots of the position p in [0, 1] and of 1 − p. They are
 //! smooth in the angle θ in [0, π] with `p = (1 − cos θ)/2 = sin²(θ/2)`. The nodes along a side of the cell are
-//! therefore Chebyshev nodes of `x = 2θ/π − 1`: `x_k = cos((k + ½)π/n)`, k from 0 to n − 1.
+//! therefore Chebyshev nodes of `x = 2θ/π − 1`: `x_k = cos((k + ½)π/n)`, k from 0 to n − 1. A cell has two sides, over
+//! p and q, the fractional parts of t − a and t + a.
 
 use super::cell_position::fraction_at;
 use std::f64::consts::PI;
@@ -40,6 +41,7 @@ pub(super) fn triangle_index(i: usize, k: usize) -> usize {
 /// `[degree][node]`.
 pub(super) fn coefficient_matrix(count: usize) -> Vec<Vec<f64>> {
     matrix_of(count, count, |degree, k| {
+        // c_degree = (2 − δ_0)/count · Σ_k f(x_k)·T_degree(x_k), and T_n(cos α) = cos nα.
         let angle = chebyshev_angle(k, count);
         if degree == 0 { 1.0 / count as f64 } else { 2.0 / count as f64 * (degree as f64 * angle).cos() }
     })
@@ -51,7 +53,7 @@ pub(super) fn resampling_matrix(solved: usize, stored: usize) -> Vec<Vec<f64>> {
     matrix_of(stored, solved, |g, k| {
         let fraction = fraction_at(g as f64 / (stored - 1) as f64);
         let theta = (1.0 - 2.0 * fraction).acos();
-        // Angle arccos(x) of the stored node.
+        // Angle arccos(x) of the stored node, and that of the solved node.
         let angle_stored = (theta / PI * 2.0 - 1.0).acos();
         let angle_solved = chebyshev_angle(k, solved);
         // Σ_n c_n T_n(x), with the coefficients c_n of a function that is 1 at node k and 0 at the others.

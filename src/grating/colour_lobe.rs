@@ -1,22 +1,35 @@
 //! The lobe of a grating in linear sRGB, for renderers that carry colours instead of wavelengths.
 //!
+//! Each channel is the lobe at wavelengths (`lobe.rs`), integrated over λ with the channel's weight:
+//!
 //! ```text
 //! f_r = ∫ Σ_m e_m K(νq − f_m)/λ² weight(λ) dλ
-//!     = ∫ Σ_m e_m K(νq − f_m) weight(1/ν) dν      ν = 1/λ,  q = (u, v) = (wi + wo)_xy,  ρ = |q|
-//!     = Σ_m e_m exp(−b_m²/2) W(ν_m, τ) / (2πσ²)   with e_m at ν_m
+//!     = ∫ Σ_m e_m K(νq − f_m) weight(1/ν) dν          by dν = dλ/λ²
+//!     ≈ Σ_m e_m exp(−b_m²/2) W(ν_m, τ) / (2πσ²)       with e_m at the visible wavelength nearest to 1/ν_m
+//!
+//! W(ν_m, τ) = ∫ weight(1/ν) exp(−(ν − ν_m)²/2τ²) dν   tabulated (`colour_tables.rs`)
 //! ```
 //!
-//! Here `weight(λ)` are the weights of linear sRGB at a wavelength, with the illuminant D65. The grating has the period
-//! d. Order m has the frequency `f_m = (m/d, 0)`, the efficiency e_m and the Gaussian K of standard deviation σ.
+//! | symbol | meaning |
+//! | --- | --- |
+//! | λ, ν = 1/λ | wavelength in µm, wavenumber in 1/µm |
+//! | q = (u, v) = (wi + wo)_xy, ρ = \|q\| | sum of the unit vectors to light and viewer, across and along the grooves |
+//! | d, m, f_m = (m/d, 0) | period in µm, index of an order, frequency of the order in cycles/µm |
+//! | e_m | efficiency: fraction of the unpolarised incident power in order m |
+//! | K, σ | Gaussian of integral 1 over frequencies; its standard deviation in cycles/µm |
+//! | weight(λ) | density of linear sRGB over λ in 1/µm, of integral 1: the CIE 1931 observer under D65 |
+//! | ν_m = u·m/(d·ρ²), τ = σ/ρ | mean and standard deviation over ν of an order's Gaussian along the line νq |
+//! | b_m = v·m/(d·ρ·σ) | distance of order m from the line νq, in units of σ |
 //!
-//! The frequencies νq of a pair of directions form a line. Along it, order m is a Gaussian over ν about
-//! `ν_m = u·m/(d·ρ²)`, where the line is nearest to the order, of standard deviation `τ = σ/ρ`. The distance between
-//! both in units of σ is `b_m = v·m/(d·ρ·σ)`, so that `|νq − f_m|²/σ² = b_m² + (ν − ν_m)²/τ²`. The few orders with
-//! `ν_m` in or near the visible range contribute. `W(ν_m, τ) = ∫ weight(1/ν) exp(−(ν − ν_m)²/2τ²) dν` is tabulated
-//! (`colour_tables.rs`). Order 0 has ν_m = 0 and no wavelength of its own; the colour of its efficiency is tabulated
-//! over directions. Further symbols are those of `mod.rs`, but q is a vector here. A *channel* is an order on one side
-//! of the relief. In a medium of index n below, tangential parts enter q times n, and light that leaves there has f_r
-//! times n² (`lobe.rs`). `GAUSSIAN_REACH` counts standard deviations; `TAU` is 2π.
+//! For all ν, the frequencies νq of a pair of directions form a line through the origin, and
+//! `|νq − f_m|²/σ² = b_m² + (ν − ν_m)²/τ²`. Only orders with ν_m in or near the visible range contribute. Order 0 has
+//! ν_m = 0 and no wavelength of its own. In place of e_0 stands the *colour* of order 0's efficiency: a mean over the
+//! visible wavelengths for each channel, tabulated over directions.
+//!
+//! A *channel* of a table is an order on one side of the relief. In a medium of index n below the relief, a direction's
+//! components enter q times n, and f_r has the factor n² of the medium of `wo`; `lobe.rs` gives the reason. Each order
+//! has an *order weight*, tabulated over directions, by which `draw` selects it. Other symbols are those of `mod.rs`.
+//! The code is generic over `N: Numbers`: an `N::Real` is one number, a SIMD vector or a traced variable.
 //!
 //! The WGSL twin is `src/methods/grating.wgsl`.
 
@@ -35,9 +48,9 @@ use crate::sampling::BELOW_ONE;
 use crate::scattering::TYPICAL_WAVELENGTH_UM;
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::array;
-use std::f64::consts::{LOG2_E, TAU};
+use std::f64::consts::{LOG2_E, PI};
 
-/// Wavelength in nm of the polarisation of order 0: 550 nm, in the middle of the visible range.
+/// Wavelength in nm at which order 0 takes its polarisation: 550 nm, in the middle of the visible range.
 const ORDER_ZERO_NM: f64 = 1e3 * TYPICAL_WAVELENGTH_UM;
 
 /// One order on the line of a pair of directions.
@@ -46,7 +59,7 @@ struct OrderColour<'a, N: Numbers> {
     channels: &'a Channels<N>,
     /// Indices of the channels of incident and outgoing light.
     pair: [N::Index; 2],
-    /// Wavelength `1/ν_m` in nm, clipped to the visible range.
+    /// Wavelength `1/ν_m` in nm, clipped to the visible range; [`ORDER_ZERO_NM`] for order 0.
     nm: N::Real,
     /// Contribution to `f_r·2πσ²`, linear sRGB.
     colour: [N::Real; 3],
@@ -66,17 +79,18 @@ pub struct GratingColourLobe<N: Numbers> {
     pub words: [N::Words; 2],
 }
 
-/// The line νq in the plane of frequencies, and the orders whose Gaussians reach its visible part.
+/// The line νq in the plane of frequencies, and the orders whose Gaussians reach its visible part: `sign·n` for the
+/// whole numbers n from `first` to `last`.
 struct Line<N: Numbers> {
-    /// ρ.
+    /// Length ρ of q.
     length: N::Real,
-    /// Unit vector `q/ρ`; (1, 0) for ρ = 0.
+    /// Unit vector `q/ρ`; (1, 0) for ρ below [`DIVISOR_MIN`], as in the mirror direction.
     direction: [N::Real; 2],
-    /// Frequency 1/d of order 1 in cycles/µm.
-    spacing: f64,
-    /// σ in cycles/µm.
-    sigma: f64,
-    /// Sign of u, 1 or −1. The orders are `sign·n` for n from `first` to `last`.
+    /// Distance 1/d between neighbouring orders in cycles/µm.
+    spacing_per_um: f64,
+    /// Standard deviation σ of an order in cycles/µm.
+    sigma_per_um: f64,
+    /// Sign of u, 1 or −1.
     sign: N::Real,
     /// First n.
     first: N::Real,
@@ -88,36 +102,41 @@ impl<N: Numbers> GratingColourLobe<N> {
     /// Mueller matrix of the luminance in 1/sr, without the cosine, for light from `from` to `to`, before `gamut`
     /// applies: `[4·row + column]`. The frames are those of [`GratingLobe::matrix`](super::GratingLobe::matrix).
     ///
-    /// An order has its polarisation at `ν_m`, order 0 that at 550 nm.
+    /// Each order has its polarisation at the wavelength 1/ν_m; order 0 has that at 550 nm. `jones` is the table of
+    /// polarisation.
     #[inline(always)]
     pub fn matrix(&self, jones: &JonesView<N>, from: [N::Real; 3], to: [N::Real; 3], active: N::Mask) -> [N::Real; 16] {
-        let ky_over_k = self.layout.efficiencies.ky_over_k::<N>([from, to]);
+        let half = N::Double::lit(0.5);
+        let [[in_x, in_y], [out_x, out_y]] = self.tangential([from, to]);
+        // Components of the incident wave vector over k = 2π/λ, for directions moved onto order 0. ky is the same for
+        // all orders.
+        let (kx_over_k, ky_over_k) = ((out_x - in_x) * half, (out_y - in_y) * half);
         let polarised = |order: OrderColour<'_, N>, active| {
             let OrderColour { channels, pair, nm, colour } = order;
             let power = luminance(colour);
-            jones.matrix(channels, pair, nm, ky_over_k, active).map(|element| element * power)
+            jones.matrix(channels, pair, nm, N::narrow(ky_over_k), active).map(|element| element * power)
         };
         self.sum_orders(from, to, active, polarised, |colour, active| {
-            // Order 0 at 550 nm; `periods` is d/λ.
-            let nm = N::Real::lit(ORDER_ZERO_NM);
+            // d/λ.
             let periods = N::Double::lit(1e3 * self.layout.period_um / ORDER_ZERO_NM);
-            let [[in_x, in_y], [out_x, out_y]] = self.tangential([from, to]);
-            let half = N::Double::lit(0.5);
             let view = self.view();
-            let bounds = view.bounds(periods, (out_y - in_y) * half);
-            // Both directions are moved by half of the distance to the order, as in `sum_orders`.
-            let channels = view.channels(&bounds, (out_x - in_x) * periods * half, active);
-            let [(incident, is_incident), (outgoing, is_outgoing)] =
+            let bounds = view.bounds(periods, ky_over_k);
+            let channels = view.channels(&bounds, kx_over_k * periods, active);
+            let [(incident, incident_propagates), (outgoing, outgoing_propagates)] =
                 [from, to].map(|w| channels.of_order(N::Double::lit(0.0), view.is_below(w)));
+            let nm = N::Real::lit(ORDER_ZERO_NM);
             let order = OrderColour { channels: &channels, pair: [incident, outgoing], nm, colour };
-            polarised(order, active & is_incident & is_outgoing)
+            // Where either wave does not propagate, `order_zero` has made the colour 0, and with it every element.
+            polarised(order, active & incident_propagates & outgoing_propagates)
         })
     }
 
     /// Sums `R` quantities over the orders, times n²/2πσ² with the index n of the medium of `wo`. `quantity` computes
-    /// those of one order other than 0, `quantity_zero` those of order 0 from its colour.
+    /// the quantities of one order other than 0. `quantity_zero` computes those of order 0 from its contribution to
+    /// `f_r·2πσ²`.
     ///
-    /// Both directions are moved by half of the distance to an order, so that the order leaves exactly; see `lobe.rs`.
+    /// Efficiencies are those of directions that fulfil the grating equation. For each order, both directions are moved
+    /// by half of the distance to the order, so that `wo` is exactly the order's direction (`lobe.rs`).
     #[inline(always)]
     fn sum_orders<const R: usize>(
         &self,
@@ -130,7 +149,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
         let active = active & Sides::<N>::accepts(self, wi) & Sides::<N>::accepts(self, wo);
         let line = self.line(wi, wo);
-        let tau = real(line.sigma) / line.length.max(real(DIVISOR_MIN));
+        let tau = real(line.sigma_per_um) / line.length.max(real(DIVISOR_MIN));
         let view = self.view();
         let [from_below, to_below] = [wi, wo].map(|w| view.is_below(w));
         let half = N::Double::lit(0.5);
@@ -151,23 +170,25 @@ impl<N: Numbers> GratingColourLobe<N> {
                 // d/λ.
                 let periods = N::widen(visible_nu * real(self.layout.period_um));
                 let m = N::widen(order);
+                // Largest |a + m| of waves that propagate (`efficiencies.rs`).
                 let bounds = view.bounds(periods, ky_over_k);
                 // Wave number along x of the moved incident wave, in units of 2π/d.
                 let a = (x_difference * periods - m) * half;
                 let channels = view.channels(&bounds, a, active);
-                let (incident, is_incident) = channels.of_order(N::Double::lit(0.0), from_below);
-                let (outgoing, is_outgoing) = channels.of_order(m, to_below);
+                let (incident, incident_propagates) = channels.of_order(N::Double::lit(0.0), from_below);
+                let (outgoing, outgoing_propagates) = channels.of_order(m, to_below);
                 // Order 0 is in the start value.
-                let counts = active & is_incident & is_outgoing & real(0.5).lt(order.abs());
+                let counts = active & incident_propagates & outgoing_propagates & real(0.5).lt(order.abs());
                 let nm = real(1e3) / visible_nu;
-                let power = view.entry(&view.row(&channels, incident, nm, counts), outgoing, counts) * gauss;
+                let efficiency = view.entry(&view.row(&channels, incident, nm, counts), outgoing, counts);
+                let power = efficiency * gauss;
                 let colour = self.spectral_weights(nu_m, tau, counts).map(|weight| weight * power);
                 let order = OrderColour { channels: &channels, pair: [incident, outgoing], nm, colour };
                 let terms = quantity(order, counts);
                 (n + real(1.0), array::from_fn(|i| sum[i] + N::Real::select(counts, terms[i], zero)))
             },
         );
-        let scale = real(1.0 / (TAU * line.sigma * line.sigma));
+        let scale = real(1.0 / (2.0 * PI * line.sigma_per_um * line.sigma_per_um));
         // The factor n² of the outgoing medium (`lobe.rs`).
         let scale = self.layout.efficiencies.index_at::<N>(wo).map_or(scale, |index| scale * index * index);
         sum.map(|value| N::Real::select(active, value * scale, zero))
@@ -196,19 +217,19 @@ impl<N: Numbers> GratingColourLobe<N> {
         let inverse = one / length.max(real(DIVISOR_MIN));
         let direction =
             [N::Real::select(is_mirror, one, q[0] * inverse), N::Real::select(is_mirror, zero, q[1] * inverse)];
-        let (spacing, sigma) = (1.0 / self.layout.period_um, self.layout.sigma_per_um);
-        // Order n·sign has the frequency n·per_order along q. It lies from ν_min·ρ to ν_max·ρ, widened by
-        // GAUSSIAN_REACH·σ.
-        let per_order = (direction[0].abs() * real(spacing)).max(real(DIVISOR_MIN));
-        let reach = real(GAUSSIAN_REACH * sigma);
+        let (spacing_per_um, sigma_per_um) = (1.0 / self.layout.period_um, self.layout.sigma_per_um);
+        // Order n·sign has the component n·per_order along q. The visible part of the line extends from ν_min·ρ to
+        // ν_max·ρ. Gaussians reach it from up to GAUSSIAN_REACH·σ beyond its ends.
+        let per_order = (direction[0].abs() * real(spacing_per_um)).max(real(DIVISOR_MIN));
+        let reach = real(GAUSSIAN_REACH * sigma_per_um);
         let most = real(f64::from(self.tables.orders));
         let low = (length * real(NU_MIDDLE - NU_HALF) - reach) / per_order;
         let high = (length * real(NU_MIDDLE + NU_HALF) + reach) / per_order;
         Line {
             length,
             direction,
-            spacing,
-            sigma,
+            spacing_per_um,
+            sigma_per_um,
             sign: N::Real::select(direction[0].lt(zero), -one, one),
             // Orders beyond ±`most` never propagate. Where the range has no other orders, first exceeds last.
             first: low.ceil().clip(-most, most + one),
@@ -216,22 +237,24 @@ impl<N: Numbers> GratingColourLobe<N> {
         }
     }
 
-    /// `W(ν_m, τ)` for the three channels; 0 where the visible range is more than `GAUSSIAN_REACH·τ` away.
+    /// `W(ν_m, τ)` of red, green and blue; 0 where the visible range is more than `GAUSSIAN_REACH·τ` away.
     #[inline(always)]
     fn spectral_weights(&self, nu_m: N::Real, tau: N::Real, active: N::Mask) -> [N::Real; 3] {
         let real = N::Real::lit;
         // −1 and 1 where ν_m lies GAUSSIAN_REACH·τ below and above the visible range.
         let centre = (nu_m - real(NU_MIDDLE)) / tau.fma(real(GAUSSIAN_REACH), real(NU_HALF));
-        // Coordinate of the table, whose entries are W/width.
+        // Coordinate of the table along τ. Its entries are W/width: W is proportional to τ for small τ, so the
+        // quotient is finite there.
         let width = tau / (tau + real(TAU_SCALE));
         let reaches = active & centre.abs().lt(real(1.0));
         let entry = self.tables.spectral_weights::<N>(self.words[1], width, (centre + real(1.0)) * real(0.5), reaches);
         entry.map(|weight| N::Real::select(reaches, weight * width, real(0.0)))
     }
 
-    /// Colour of order 0's efficiency between the directions wi and wo, whose tangential parts have the half difference
-    /// `[x, y]`, across the grooves and along them. Tables have the directions of the incident light's medium, or of
-    /// the air if light is transmitted.
+    /// Colour of order 0's efficiency between the directions wi and wo. `[x, y]` is the half difference of their
+    /// tangential parts, across and along the grooves: up to the sign, the tangential part of both directions after
+    /// they are moved onto order 0. Tables are over directions in the medium of the incident light; for transmitted
+    /// light, over directions in the air.
     #[inline(always)]
     fn order_zero(&self, [wi, wo]: [[N::Real; 3]; 2], [x, y]: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
@@ -240,16 +263,18 @@ impl<N: Numbers> GratingColourLobe<N> {
         let both_below = from_below & to_below;
         let per_index = N::Real::select(both_below, real(1.0 / self.layout.efficiencies.eta_below()), one);
         let [x, y] = [x * per_index, y * per_index];
-        // The moved direction's projection onto the xz plane: squares of its length and of its cosine to the normal.
+        // The projection of the moved direction onto the xz plane: the square of its length, and the squared cosine of
+        // the angle between it and the normal.
         let squared_length = (one - y * y).max(zero);
         let squared_cosine = (one - x * x / squared_length.max(real(DIVISOR_MIN))).max(zero);
         let colour =
             self.tables.order_zero::<N>(self.words[1], kind, squared_cosine.sqrt(), squared_length.sqrt(), active);
         let Below::Interface(interface) = self.layout.efficiencies.below else { return colour };
-        // Only the table of `ReflectedBelow` is divided by it, the reflectance of a flat interface at this cosine.
+        // The entries of `ReflectedBelow`, and only these, are efficiencies over the reflectance of a flat interface at
+        // the cosine with the normal. The factor `flat` undoes this division.
         let flat = flat_reflectance::<N>(interface, (squared_cosine * squared_length).sqrt());
-        // Light beyond the horizon of the air is not transmitted. A reflected pair lies on one side of the horizon, and
-        // rounding must not darken it there.
+        // Light whose moved direction lies beyond the horizon of the air is not transmitted. `is_trapped` applies to
+        // transmitted pairs only: rounding at the horizon must not darken reflected ones.
         let is_trapped = squared_length.le(x * x);
         let of_transmission = N::Real::select(is_trapped, zero, one);
         let both_above = !(from_below | to_below);
@@ -257,8 +282,8 @@ impl<N: Numbers> GratingColourLobe<N> {
         colour.map(|component| component * factor)
     }
 
-    /// Position among the tables of order 0 of the [`OrderZero`] from wi to wo, whose half difference has the component
-    /// x across the grooves.
+    /// Index of the table of order 0 for light from wi to wo, an [`OrderZero`] as a number. `x` is the half difference
+    /// `(wo − wi)/2` of the tangential parts, across the grooves.
     #[inline(always)]
     fn order_zero_kind(&self, [wi, wo]: [[N::Real; 3]; 2], x: N::Real) -> N::Index {
         let table = |kind: OrderZero| N::Index::lit(kind as u32);
@@ -269,7 +294,8 @@ impl<N: Numbers> GratingColourLobe<N> {
         let (from_below, to_below) = (wi[2].lt(zero), wo[2].lt(zero));
         let reflected =
             N::Index::select(from_below, table(OrderZero::ReflectedBelow), table(OrderZero::ReflectedAbove));
-        // Transmitted light has the component `(w above − w below)/2` across the grooves.
+        // The table of transmitted light follows the sign of the direction above the relief: with the sign of
+        // `(w above − w below)/2`, which is −x where `wo` lies below.
         let across = N::Real::select(to_below, -x, x);
         let [negative, positive] = [OrderZero::TransmittedNegative, OrderZero::TransmittedPositive].map(table);
         let transmitted = N::Index::select(across.lt(zero), negative, positive);
@@ -279,7 +305,7 @@ impl<N: Numbers> GratingColourLobe<N> {
 
 impl<N: Numbers> MayTransmit for GratingColourLobe<N> {
     fn transmits(&self) -> bool {
-        self.tables.sides == 2
+        self.layout.efficiencies.transmits()
     }
 }
 
@@ -293,10 +319,12 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
         self.sum_orders(wi, wo, active, |order, _| order.colour, |colour, _| colour)
     }
 
-    /// Density of `draw` in 1/sr: `wo.z · Σ_m (weight_m/total) · mean over P of ∫ ν² P(ν) K(νq − f_m) dν`. P are the
-    /// `PROPOSED` Gaussians over ν, and `weight_m` the tabulated weights from which `draw` selects an order. ν² is the
-    /// Jacobian from frequencies to direction cosines, and wo.z that to solid angles. The result is doubled at a body
-    /// that transmits, and times n² in a medium of index n.
+    /// Density of `draw` in 1/sr: `wo.z · Σ_m (weight_m/total) · mean over P of ∫ ν² P(ν) K(νq − f_m) dν`.
+    ///
+    /// `weight_m` are the order weights, and P the `PROPOSED` Gaussians over ν. ν² is the Jacobian from frequencies to
+    /// direction cosines, and wo.z that to solid angles. The density is multiplied by n² where `wo` lies in a medium of
+    /// index n, and by 2 at a body that transmits. The sum leaves out orders from which `draw` reaches `wo` only by a ν
+    /// outside the visible range or beyond `GAUSSIAN_REACH`: fewer than 3e-5 of the draws.
     #[inline(always)]
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
@@ -305,7 +333,7 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
         let row = self.tables.order_weights_row::<N>(wi, view.is_below(wi));
         let total = self.tables.total_weight::<N>(self.words[1], row, active);
         let is_below = view.is_below(wo);
-        let variance = line.sigma * line.sigma;
+        let variance = line.sigma_per_um * line.sigma_per_um;
         let length_squared = line.length * line.length;
         let (_, sum) = N::while_loop(
             c"orders",
@@ -314,12 +342,14 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
             |(n, sum)| {
                 let order = n * line.sign;
                 let entry = self.tables.row_entry::<N>(order, is_below);
-                let weight = self.tables.order_weight::<N>(self.words[1], row, entry, active);
+                let order_weight = self.tables.order_weight::<N>(self.words[1], row, entry, active);
                 let (_, gauss) = line.nearest(order);
-                // Frequency of the order along q. There K is a Gaussian over νρ about it, of standard deviation σ.
-                let along_q = order * real(line.spacing) * line.direction[0];
-                // Its product with P, of mean µ and standard deviation s, integrates to a Gaussian in `along_q` about
-                // µρ with the variance `spread`. The mean of ν² over the product is `second_moment`.
+                // Component of the order's frequency along q. Over the position νρ on the line, K is a Gaussian about
+                // `along_q` of standard deviation σ.
+                let along_q = order * real(line.spacing_per_um) * line.direction[0];
+                // P has the mean µ and the standard deviation s over ν. The integral of K·P over ν is a Gaussian in
+                // `along_q` about µρ, of variance `spread` = σ² + ρ²s². The mean of ν² with the weight K·P is
+                // `second_moment`.
                 let integrals = PROPOSED.iter().fold(zero, |integrals, &(mean, s)| {
                     let spread = length_squared.fma(real(s * s), real(variance));
                     let offset = along_q - line.length * real(mean);
@@ -328,52 +358,55 @@ impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
                     let gaussian = (offset * offset / spread * real(-0.5 * LOG2_E)).exp2() / spread.sqrt();
                     integrals + gaussian * second_moment
                 });
-                (n + real(1.0), (weight * gauss).fma(integrals, sum))
+                (n + real(1.0), (order_weight * gauss).fma(integrals, sum))
             },
         );
-        // 1/√2π of the Gaussian in `along_q`, and 1/(√2π·σ) of K across the line.
-        let scale = real(1.0 / (PROPOSED.len() as f64 * TAU * line.sigma));
-        // At a body that transmits, callers multiply by the side's probability ½ (`lobe.rs`).
+        // 1/√(2π) of the Gaussian in `along_q`, times 1/(√(2π)·σ) of K across the line, in the mean over P.
+        let scale = real(1.0 / (PROPOSED.len() as f64 * (2.0 * PI) * line.sigma_per_um));
+        // The factor 2: at a body that transmits, callers multiply by the side's probability ½ (`lobe.rs`).
         let cos_o = if self.transmits() { wo[2].abs() * real(2.0) } else { wo[2] };
         let scale = self.layout.efficiencies.index_at::<N>(wo).map_or(scale, |index| scale * index * index);
         N::Real::select(zero.lt(total), sum * scale * cos_o / total, zero)
     }
 
-    /// A direction from three random numbers in [0, 1): the first selects an order, then a wavenumber, the others a
-    /// frequency within the order's Gaussian. The zero vector where the direction falls below the horizon. At a
-    /// body that transmits, the order's side is drawn with it, and z has its sign.
+    /// A direction from three random numbers in [0, 1). The first selects an order by the order weights, then a
+    /// wavenumber ν from one of the `PROPOSED` Gaussians. The others select a frequency within the order's Gaussian.
+    /// The result is the zero vector where the direction falls below the horizon. At a body that transmits, order and
+    /// side are drawn together, and z has the sign of the side.
     #[inline(always)]
     fn draw(&self, wi: [N::Real; 3], _to_below: N::Mask, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
         let index = N::Index::lit;
         let row = self.tables.order_weights_row::<N>(wi, self.view().is_below(wi));
-        let weight = |entry: N::Index| self.tables.order_weight::<N>(self.words[1], row, entry, active);
+        let order_weight = |entry: N::Index| self.tables.order_weight::<N>(self.words[1], row, entry, active);
         let target = u[0] * self.tables.total_weight::<N>(self.words[1], row, active);
         let last = index(self.tables.row_entries() - 1);
-        // The entry at which the running sum exceeds the target, the sum before it, and its own weight.
+        // The entry at which the running sum exceeds the target, the sum before this entry, and the entry's own weight.
         let (entry, before, own) = N::while_loop(
             c"order",
-            (index(0), zero, weight(index(0))),
+            (index(0), zero, order_weight(index(0))),
             |(entry, before, own)| active & (before + own).le(target) & entry.lt(last),
-            |(entry, before, own)| (entry + index(1), before + own, weight(entry + index(1))),
+            |(entry, before, own)| (entry + index(1), before + own, order_weight(entry + index(1))),
         );
         let (order, is_below) = self.tables.order_and_side::<N>(entry);
-        // The position of the target within this order's weight is uniform in [0, 1). It selects one of the proposed
-        // Gaussians, then a quantile of the Gaussian. The bound avoids division by a weight of 0, which is not drawn.
+        // `rest`, the position of the target within the order's own weight, is uniform in [0, 1). It selects one of the
+        // proposed Gaussians, then a quantile of this Gaussian. The bound on the divisor avoids 0/0 for a weight of 0.
         let rest = ((target - before) / own.max(real(DIVISOR_MIN))).clip(zero, real(BELOW_ONE));
         let scaled = rest * real(PROPOSED.len() as f64);
         let selected = scaled.floor();
         let quantile = normal_quantile(scaled - selected);
+        // The draw from the selected Gaussian. The fold replaces an index, which differs between lanes.
         let nu = PROPOSED.iter().enumerate().fold(one, |nu, (i, &(mean, s))| {
             let is_selected = selected.le(real(i as f64 + 0.5)) & real(i as f64 - 0.5).lt(selected);
             N::Real::select(is_selected, quantile.fma(real(s), real(mean)), nu)
         });
-        // Far quantiles of a Gaussian may be negative.
+        // A quantile far below the mean may give a negative ν.
         let is_drawn = active & zero.lt(nu) & zero.lt(own);
         let wavelength_um = one / nu.max(real(DIVISOR_MIN));
         // Offset from the order's frequency, in cycles/µm.
         let [offset_x, offset_y] = [1, 2].map(|i| normal_quantile(u[i]) * real(self.layout.sigma_per_um));
-        // With tangential parts k of wi and wo, times their indices, order m leaves at ko = (mλ/d − ki.x, −ki.y).
+        // Let ki and ko be the tangential parts of wi and wo, times the indices of their media. Order m leaves at
+        // ko = (mλ/d − ki.x, −ki.y).
         let [incident_x, incident_y] = self.layout.efficiencies.tangential::<N>(wi).map(N::narrow);
         let x = (order * real(1.0 / self.layout.period_um) + offset_x) * wavelength_um - incident_x;
         let y = offset_y * wavelength_um - incident_y;
@@ -387,9 +420,9 @@ impl<N: Numbers> Line<N> {
     #[inline(always)]
     fn nearest(&self, order: N::Real) -> (N::Real, N::Real) {
         let real = N::Real::lit;
-        let frequency = order * real(self.spacing);
+        let frequency = order * real(self.spacing_per_um);
         let nu_m = frequency * self.direction[0] / self.length.max(real(DIVISOR_MIN));
-        let b_m = frequency * self.direction[1] * real(1.0 / self.sigma);
+        let b_m = frequency * self.direction[1] * real(1.0 / self.sigma_per_um);
         (nu_m, (b_m * b_m * real(-0.5 * LOG2_E)).exp2())
     }
 }

@@ -1,4 +1,5 @@
-//! A grating's reflectance in linear sRGB, from its tables.
+//! A grating's reflectance in linear sRGB, from its tables: the surface that owns them. `colour_lobe.rs` evaluates
+//! them, `colour_tables.rs` describes those that are added to the efficiencies.
 
 use super::GratingColourLobe;
 use super::colour_tables::ColourTables;
@@ -77,7 +78,8 @@ impl GratingColourSurface {
         self.lobe_over(self.words())
     }
 
-    /// The lobe over the numbers `N`; `words` are [`GratingColourSurface::words`]. Negative channels are kept.
+    /// The lobe over the numbers `N`: plain numbers, SIMD vectors or traced variables. `words` are
+    /// [`GratingColourSurface::words`] in this form. Negative channels are kept.
     pub fn lobe_over<N: Numbers>(&self, words: [N::Words; 2]) -> GratingColourLobe<N> {
         GratingColourLobe { layout: *self.grating.layout(), tables: self.tables, gamut: Gamut::Keep, words }
     }

@@ -1,14 +1,17 @@
-//! Tables of a grating's colour lobe beside its efficiencies (symbols: `mod.rs`, formulas: `colour_lobe.rs`).
+//! Tables that a grating's colour lobe reads besides the efficiencies (symbols: `mod.rs`, formulas: `colour_lobe.rs`).
 //!
 //! | table | axes | entry |
 //! | --- | --- | --- |
-//! | spectral weights | width τ and centre ν_m of an order's Gaussian over ν | integral of sRGB's weights times it |
-//! | order 0 | angle's cosine and length of the incident direction's projection onto xz | colour of its efficiency |
+//! | spectral weights | width τ and mean ν_m of an order's Gaussian | integral of this Gaussian times sRGB's weights |
+//! | order 0 | incident direction, projected onto the xz plane: cosine and length | colour of order 0's efficiency |
 //! | order weights | bin of the incident direction, order | probability of drawing the order, not normalised |
 //!
-//! ν is 1/λ. The frequencies `ν·(wi + wo)_xy` of a pair of directions form a line, along which order m is a Gaussian
-//! over ν, with the mean ν_m and the standard deviation τ. A body that transmits has four tables of order 0
-//! ([`OrderZero`]), and order weights for both sides of incident and outgoing light.
+//! ν is 1/λ in 1/µm. The frequencies `ν·(wi + wo)_xy` of a pair of directions form a line. Along it, order m is a
+//! Gaussian over ν. *sRGB's weights* turn a spectrum under D65 into linear sRGB ([`WavelengthWeights`]). A body that
+//! transmits has four tables of order 0 ([`OrderZero`]), and order weights for both sides of incident and outgoing
+//! light. An efficiency is the fraction of the unpolarised incident power in an order.
+//!
+//! Look-ups are generic over `N: Numbers`: an `N::Real` is one number, a SIMD vector or a traced variable.
 //!
 //! The WGSL twin of the look-ups in the first two tables is in `src/methods/grating.wgsl`. A test compares the
 //! constants of both.
@@ -26,19 +29,20 @@ use serde::{Deserialize, Serialize};
 use std::array;
 use sunbeam_rigorous::Side;
 
-/// Middle of the tables' range of ν in 1/µm.
+/// Middle of the tables' range of ν in 1/µm. The factor 10³ turns 1/nm into 1/µm.
 pub(crate) const NU_MIDDLE: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM + 1.0 / WAVELENGTH_MAX_NM);
 /// Half width of the tables' range of ν in 1/µm.
 pub(crate) const NU_HALF: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM - 1.0 / WAVELENGTH_MAX_NM);
-/// Scale in 1/µm of the coordinate `τ/(τ + TAU_SCALE)` of a width τ: about the width of sRGB's weights. Half of the
-/// table's nodes are for smaller τ, half for larger ones.
+/// Scale in 1/µm of the coordinate `τ/(τ + TAU_SCALE)` of a standard deviation τ: about the width of sRGB's weights
+/// over ν. Half of the table's nodes are for smaller τ, half for larger ones. Unrelated to the constant 2π.
 pub(crate) const TAU_SCALE: f64 = 0.25;
-/// Nodes of the table of spectral weights: along τ and along ν_m. More nodes reduce the error of interpolation.
+/// Nodes of the table of spectral weights: along τ and along ν_m. More nodes reduce the error of interpolation and
+/// enlarge the table.
 pub(crate) const WEIGHT_NODES: [u32; 2] = [96, 256];
-/// Nodes of the table of order 0 along each axis. More nodes reduce the error of interpolation.
+/// Nodes of the table of order 0 along each axis. More nodes reduce the error of interpolation and lengthen the build.
 pub(crate) const ORDER_ZERO_NODES: u32 = 48;
-/// Smallest coordinate of a table's nodes for which an entry is computed. The node at 0 gets the entry at this
-/// coordinate, near the limit. Likewise, the last node of width gets the entry at this distance from 1.
+/// Smallest coordinate at which an entry is computed. The node at 0 gets the entry at this coordinate, which is near
+/// the limit. Likewise, the last node along τ gets the entry at this distance from 1.
 const COORDINATE_MIN: f64 = 1e-3;
 
 /// Smallest divisor: of lengths of `(wi + wo)_xy`, squared direction cosines, probabilities, and wavenumbers in 1/µm.
@@ -47,7 +51,7 @@ const COORDINATE_MIN: f64 = 1e-3;
 pub(crate) const DIVISOR_MIN: f64 = 1e-9;
 
 /// Means and standard deviations in 1/µm of the proposed Gaussians: ν is drawn from one of them, each with equal
-/// probability. They follow sRGB's weights of blue, green and red.
+/// probability. They follow sRGB's weights of blue, green and red; a worse fit makes renderings noisier.
 pub(super) const PROPOSED: [(f64, f64); 3] = [(2.2, 0.13), (1.86, 0.13), (1.63, 0.11)];
 /// Quantiles of each proposed Gaussian at which efficiencies are averaged. More make the weights of orders closer to
 /// their power, and the build longer.
@@ -81,8 +85,8 @@ pub struct ColourTables {
 impl ColourTables {
     /// Builds the tables of a grating. Returns their layout and data.
     pub(super) fn build(grating: &GratingSurface) -> (Self, Vec<u32>) {
-        // Order m changes the wave vector's x component by 2πm/d. The component lies between −2πn/λ and 2πn/λ, with
-        // the larger index n of both sides: |m| ≤ 2nd/λ. d is in µm and λ in nm.
+        // Order m changes the wave vector's x component by 2πm/d. The component lies between −2πn/λ and 2πn/λ, where n
+        // is the larger refractive index of both sides. Hence |m| ≤ 2nd/λ; here d is in µm and λ in nm.
         let efficiencies = grating.layout().efficiencies;
         let orders = (2e3 * grating.layout().period_um * efficiencies.eta_below() / WAVELENGTH_MIN_NM) as u32;
         let sides = if efficiencies.transmits() { 2 } else { 1 };
@@ -96,8 +100,8 @@ impl ColourTables {
         (tables, words.into_iter().map(f32::to_bits).collect())
     }
 
-    /// The data of spectral weights and order 0, without the order weights, which only sampling reads; and the index of
-    /// the first packet of order 0.
+    /// The data that evaluation reads, spectral weights and order 0, and the index of the first packet of order 0. The
+    /// order weights, which only sampling reads, are left out.
     pub(crate) fn packets<'a>(&self, words: &'a [u32]) -> (&'a [u32], u32) {
         (&words[..self.order_weights as usize], self.order_zero / 4)
     }
@@ -115,9 +119,9 @@ impl ColourTables {
         interpolated::<N>(words, N::Index::lit(0), WEIGHT_NODES, [width, centre], active)
     }
 
-    /// Colour of order 0's efficiency, linear sRGB, from the projection of the incident direction onto the xz plane:
-    /// the cosine of the angle between it and the normal, and its length `√(1 − y²)`. `kind` is an [`OrderZero`] as a
-    /// number.
+    /// Colour of order 0's efficiency, linear sRGB. The incident direction is given by its projection onto the xz
+    /// plane: the cosine of the angle between projection and normal, and the length `√(1 − y²)` of the projection.
+    /// `kind` is an [`OrderZero`] as a number.
     #[inline(always)]
     pub(super) fn order_zero<N: Numbers>(
         &self,
@@ -223,13 +227,14 @@ impl ColourTables {
             .collect()
     }
 
-    /// Order weights of light from a bin on the side `from`, without their sum: sums of efficiencies over points of the
-    /// bin and over wavenumbers of the [`PROPOSED`] Gaussians.
+    /// Order weights of light from a bin on the side `from`, without their sum. Each is the sum of the order's
+    /// efficiencies over points of the bin and over wavenumbers of the [`PROPOSED`] Gaussians.
     fn bin_weights(&self, grating: &GratingSurface, from: Side, bin: u32) -> Vec<f64> {
         let sides = &[Side::Above, Side::Below][..self.sides as usize];
         let orders = self.orders as i32;
         let mut weights = vec![0.0; self.row_entries() as usize];
         for (across, along) in BIN_POINTS {
+            // Direction cosines x and y of the incident light at this point of the bin.
             let y = (f64::from(bin % BINS[1]) + along) / f64::from(BINS[1]);
             let sine = 1.0 - 2.0 * (f64::from(bin / BINS[1]) + across) / f64::from(BINS[0]);
             let x = sine * (1.0 - y * y).sqrt();
@@ -280,8 +285,8 @@ impl OrderZero {
 }
 
 /// Table of spectral weights, packets `[width][centre]`:
-/// `(τ + TAU_SCALE)/τ · ∫ weight(1/ν) exp(−(ν − ν_m)²/2τ²) dν`. The factor makes the limit of zero width finite; the
-/// lobe divides by it.
+/// `∫ weight(1/ν) exp(−(ν − ν_m)²/2τ²) dν / width`, with the coordinate `width = τ/(τ + TAU_SCALE)`. The divisor makes
+/// the limit of τ → 0 finite; the lobe multiplies by `width` again.
 fn spectral_weight_table() -> Vec<f32> {
     // ν and weights of every visible wavelength; the fourth weight is not read.
     let wavelengths: Vec<(f64, [f64; 4])> = WavelengthWeights::per_nm()
@@ -303,8 +308,7 @@ fn spectral_weight_table() -> Vec<f32> {
                 let mut sum = [0.0; 3];
                 for (nu, weight) in wavelengths {
                     let offset = (nu - nu_m) / tau;
-                    // A sum over wavelengths: weights are per nm, the step is 1 nm, and dν = ν² dλ. 1/width is the
-                    // table's factor (τ + TAU_SCALE)/τ.
+                    // The integral as a sum over wavelengths 1 nm apart. A weight is weight(λ) dλ, and dν = ν² dλ.
                     let gaussian = (-0.5 * offset * offset).exp() * nu * nu / width;
                     for (total, weight) in sum.iter_mut().zip(weight) {
                         *total += weight * gaussian;
@@ -316,11 +320,11 @@ fn spectral_weight_table() -> Vec<f32> {
         .collect()
 }
 
-/// Table of order 0's colours, packets `[cosine][length]` of the projection (see [`ColourTables::order_zero`]): its
-/// efficiency averaged over wavelengths with sRGB's weights times ν², the factor 1/λ² of `f_r`.
+/// Table of order 0's colours, packets `[cosine][length]` of the projection (see [`ColourTables::order_zero`]). A
+/// colour is the mean of the efficiency over wavelengths, by sRGB's weights times ν², the factor 1/λ² of `f_r`.
 ///
-/// For light reflected below an interface, the efficiency is divided by the reflectance of a flat surface. Its square
-/// root at the critical angle would not be resolved by the table.
+/// For light reflected below an interface, the efficiency is divided by the reflectance of a flat interface. This
+/// removes a square root at the critical angle, which the table would not resolve.
 fn order_zero_table(grating: &GratingSurface, kind: OrderZero) -> Vec<f32> {
     let (sides, sign) = kind.incidence();
     let coordinate = |node: u32| (f64::from(node) / f64::from(ORDER_ZERO_NODES - 1)).max(COORDINATE_MIN);
@@ -350,12 +354,13 @@ fn order_zero_table(grating: &GratingSurface, kind: OrderZero) -> Vec<f32> {
         .collect()
 }
 
-/// Reflectance of a flat interface for light in the medium, at the cosine with the normal; above 0.
+/// Reflectance of a flat interface for light that arrives in the medium, at a cosine with the normal. It has a positive
+/// lower bound, since efficiencies are divided by it.
 #[inline(always)]
 pub(super) fn flat_reflectance<N: Numbers>(interface: InterfaceCells, cosine: N::Real) -> N::Real {
-    /// Smallest reflectance, which divides efficiencies: media of nearly the index of air hardly reflect.
+    /// The lower bound. It acts for media of nearly the index of air, which hardly reflect.
     const REFLECTANCE_MIN: f64 = 1e-3;
-    // Fresnel's equations do not read `normal_min`.
+    // `reflectance`, Fresnel's equations, does not read `normal_min`. A direction below the relief has a negative z.
     let body = TransparentBody { eta: interface.eta, is_film: false, normal_min: 0.0 };
     let zero = N::Real::lit(0.0);
     body.wave::<N>([zero, zero, -cosine]).reflectance().max(N::Real::lit(REFLECTANCE_MIN))

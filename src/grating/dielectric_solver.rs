@@ -1,6 +1,7 @@
 //! Amplitudes between the orders on both sides of a relief on a lossless dielectric, for the tables of films and
-//! interfaces (symbols: `mod.rs`). t is the bound of the propagating orders' wave numbers along x, and b their Bloch
-//! phase. Both are in units of 2π over the period d. In cells of the medium tm takes the place of t.
+//! interfaces (symbols: `mod.rs`). Wave numbers are along x, in units of 2π over the period d. Those of all orders
+//! differ by whole numbers; b, the *Bloch phase*, is one of them. t bounds the magnitude of those that propagate in
+//! air. In cells of the medium, where nothing propagates in air, tm takes the place of t.
 //!
 //! A *mesh* is a set of nodes on the profile. The first mesh suffices for most waves. Where a solution violates the
 //! power balance, it is repeated with twice the nodes.
@@ -41,7 +42,7 @@ pub(super) fn solve_in_air(
     wavelengths_nm.iter().map(solve).collect()
 }
 
-/// Amplitudes at t (in the medium's cells tm), b and a wavelength in nm, on the first mesh whose power balance holds.
+/// Amplitudes at t (in cells of the medium: tm), b and a wavelength in nm, on the first mesh whose power balance holds.
 /// `solve_after(doublings)` solves on the mesh after this number of doublings of its nodes. `largest_cosine` is
 /// defined at the head of this file.
 ///
@@ -53,7 +54,7 @@ pub(super) fn solve_balanced(
     largest_cosine: f64,
     solve_after: impl Fn(usize) -> Result<Scattering, GratingError>,
 ) -> Result<Scattering, GratingError> {
-    // With a formal cosine above 1, ky is imaginary.
+    // Where `largest_cosine` exceeds 1, ky is imaginary.
     let is_continuation = largest_cosine > 1.0;
     // Values of the last attempt, for the error.
     let (mut nodes, mut balance) = (0, f64::INFINITY);

@@ -6,7 +6,8 @@
 //! - A *channel* is an order on one side of the relief (`channels.rs`).
 //! - Other symbols are those of `mod.rs`.
 //!
-//! Data are read only in the lanes in which the mask `active` is true.
+//! The code is generic over `N: Numbers`: an `N::Real` is one number, a SIMD vector or a traced variable, an
+//! `N::Double` the same in double precision. Data are read only in the lanes in which the mask `active` is true.
 
 use super::cell_position::{CellPosition, groove_t};
 use super::channels::{BoundBelow, Channels};
@@ -14,9 +15,9 @@ use super::layout::{Below, EfficiencyLayout, InterfaceCells};
 use crate::numeric::math::{lerp, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Real};
 
-/// Efficiency that one unit of a stored 16-bit integer represents. The largest integer represents 1.64. Chosen above 1,
-/// since the sum of a row may exceed 1: by errors of the resampling, and at an interface by stored channels that do not
-/// propagate at a node.
+/// Efficiency that one unit of a stored 16-bit integer represents. The largest integer represents 1.64, above 1, since
+/// the sum of a row may exceed 1: by errors of the resampling, and at an interface by stored channels that do not
+/// propagate at a node. A larger unit would round more.
 pub(crate) const UNIT: f64 = 1.0 / 40_000.0;
 
 /// A table of efficiencies as an evaluator over the numbers `N` reads it. The table of Jones matrices
@@ -38,7 +39,7 @@ pub(super) struct Bounds<N: Numbers> {
     at_interface: Option<(N::Mask, N::Double)>,
 }
 
-/// A node of a table.
+/// A node of a table: a position (p, q) in a cell at one of the table's wavelengths.
 #[derive(Clone, Copy)]
 pub(super) struct Node<N: Numbers> {
     /// Offset of the node's cell as stored in the table: in halves of words for efficiencies, in packets for matrices.
@@ -108,7 +109,7 @@ impl<N: Numbers> EfficiencyView<N> {
     pub(super) fn row(&self, channels: &Channels<N>, incident: N::Index, nm: N::Real, active: N::Mask) -> Row<N> {
         let one = N::Index::lit(1);
         let (nodes, fractions) = self.surrounding_nodes(channels, nm, active);
-        // Lengths in entries of half a word. A node has a row for each incident channel.
+        // Lengths in entries, each half a word. A node has a row for each incident channel.
         let row_length = channels.count + one;
         let node_length = channels.count * row_length;
         let offset = |bits: usize| {
@@ -118,8 +119,8 @@ impl<N: Numbers> EfficiencyView<N> {
         Row { offsets: [0, 4].map(|first| std::array::from_fn(|bits| offset(first + bits))), fractions }
     }
 
-    /// Bounds at a ratio ky/k, which do not depend on the wave number along x. `periods` is d/λ. The ratio may exceed 1
-    /// in magnitude in the medium, since k is the wave number in air.
+    /// Bounds of propagation at a ratio ky/k; they do not depend on the wave number along x. `periods` is d/λ. The
+    /// ratio may exceed 1 in magnitude in the medium, since k is the wave number in air.
     #[inline(always)]
     pub(super) fn bounds(&self, periods: N::Double, ky_over_k: N::Double) -> Bounds<N> {
         let Below::Interface(InterfaceCells { eta, .. }) = self.layout.below else {
@@ -134,8 +135,8 @@ impl<N: Numbers> EfficiencyView<N> {
         Bounds { of_cells: N::Double::select(is_beyond_air, tm, t), at_interface: Some((is_beyond_air, tm)) }
     }
 
-    /// Channels at the incident wave with the wave number `a` along x, in units of 2π/d. Waves outside the table, which
-    /// do not propagate, get the nearest cell.
+    /// Channels at the incident wave with the wave number `a` along x, in units of 2π/d. A wave outside the table,
+    /// which does not propagate, gets the nearest cell.
     #[inline(always)]
     pub(super) fn channels(&self, bounds: &Bounds<N>, a: N::Double, active: N::Mask) -> Channels<N> {
         let double = N::Double::lit;

@@ -11,14 +11,15 @@ pub enum GratingError {
          {accepted_um:.2e} µm; theory \"scalar\" takes any, except for lists of orders"
     )]
     NotAlongX { found_um: f64, accepted_um: f64 },
-    /// Any error of the solver but those of [`GratingError::Size`].
+    /// Any error of the solver except those that become [`GratingError::Size`].
     #[error(transparent)]
     Solver(sunbeam_rigorous::Error),
     /// A relief or wave number beyond the solver's limits.
     #[error("{0}; theory \"scalar\" takes any")]
     Size(sunbeam_rigorous::Error),
-    /// A power balance that does not hold on the finest mesh. `t` bounds the wave numbers of orders along x, and `b` is
-    /// the Bloch phase (symbols: `mod.rs`); `balance` is the violation as a fraction of the power on the surface.
+    /// A power balance that does not hold on the finest mesh, with the largest number of nodes on the profile. `t`
+    /// bounds the wave numbers of propagating orders along x, and `b` is the Bloch phase, the wave number of one order
+    /// (symbols: `mod.rs`). `balance` is the violation as a fraction of the power on the surface.
     #[error(
         "with {nodes} nodes the power at t = {t}, b = {b} and {wavelength_nm} nm is off by {balance:.1e}, more than a \
          table of efficiencies may be; theory \"scalar\" takes any relief"

@@ -1,9 +1,10 @@
 //! Reference for gratings without tables: every order is solved at the pair of directions itself. It evaluates the
 //! formula of `lobe.rs`, `f_r = Σ_m e_m K(f − f_m)/λ²` (symbols: `mod.rs`).
 //!
-//! e_m is the efficiency of order m, and K its Gaussian of standard deviation σ about the frequency `f_m = (m/d, 0)`. f
-//! is the frequency of the pair of directions. The incident wave has the wave number `a` along x, in units of 2π over
-//! the period d. Order m has `a + m`, and propagates where its magnitude is below t (in a medium: tm). Gaussians end at
+//! e_m is the efficiency of order m, the fraction of the unpolarised incident power. K is the order's Gaussian about
+//! the frequency `f_m = (m/d, 0)`, of standard deviation σ in cycles/µm. f is the frequency of the pair of directions.
+//! The incident wave has the wave number `a` along x, in units of 2π over the period d. Order m has `a + m`, and
+//! propagates where the magnitude of this wave number is below t (in a medium: tm). Gaussians are cut off at
 //! `GAUSSIAN_REACH` standard deviations.
 
 use super::GratingError;
@@ -136,7 +137,7 @@ impl ExactGrating {
     }
 
     /// Unpolarised efficiency of light between two channels (orders on a side of the relief), `[to, from]`, for the
-    /// incident wave with these `tm` and `a`. At a film, light below has passed the flat side.
+    /// incident wave with these `tm` and `a`. At a film, light below has also passed the flat side.
     ///
     /// # Errors
     /// The errors of [`ExactGrating::efficiency`].
@@ -168,8 +169,9 @@ impl ExactGrating {
         })
     }
 
-    /// The efficiency on the first mesh whose power balance holds to [`CHECK_TOLERANCE`]; `solve` returns it with the
-    /// error of the balance. `t` (or tm) and `a` are for the error.
+    /// The efficiency on the first mesh (set of nodes on the profile) whose power balance holds to [`CHECK_TOLERANCE`].
+    /// `solve` returns the efficiency on a mesh, and the error of the balance. `t` (or tm) and `a` only describe a
+    /// failure.
     ///
     /// # Errors
     /// The errors of [`ExactGrating::efficiency`].

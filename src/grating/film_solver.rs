@@ -1,5 +1,6 @@
-//! The solver behind the tables of films (symbols: `mod.rs`). t is the bound of the propagating orders' wave numbers
-//! along x, and b their Bloch phase. Both are in units of 2π over the period.
+//! The solver behind the tables of films (symbols: `mod.rs`). It solves at points (t, b). The wave numbers of all
+//! orders along x differ by whole numbers in units of 2π over the period. b, the *Bloch phase*, is one of them, and t
+//! bounds the magnitude of those that propagate.
 //!
 //! A film is a relief on a dielectric whose lower side is flat and has air below it. Light passes the flat side once;
 //! reflections between both sides are left out, so the film's thickness does not matter. With air on either side, both
@@ -14,7 +15,7 @@ use sunbeam_rigorous::{Channel, Scattering, Side};
 
 /// The solver of a profile on a film.
 pub(super) struct FilmSolver<'a> {
-    /// The profile's nodes, refined where a solution violates the power balance.
+    /// Sets of nodes on the profile; finer sets serve where a solution violates the power balance.
     pub(super) meshes: &'a Meshes,
     /// Refractive index of the film.
     pub(super) eta: f64,

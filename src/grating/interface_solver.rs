@@ -1,10 +1,13 @@
 //! Solver behind the tables of interfaces, and the channels of their cells (symbols: `mod.rs`).
 //!
-//! A table has cells of the air, over t and a, and cells of the medium, over tm and a. In the latter light is totally
-//! reflected and nothing propagates in the air ([`InterfaceCells`](super::InterfaceCells)). `a` is the incident wave's
-//! wave number along x; t and tm bound those of propagating orders in the air and in the medium. The Bloch phase b is
-//! the fractional part of `a`. All are in units of 2π over the period. A *channel* is an order on one side of the
-//! relief; channels of a cell are numbered from 0: those above, then those below, each by ascending order.
+//! Wave numbers are along x, in units of 2π over the period d. `a` is that of the incident wave; those of all orders
+//! differ from it by whole numbers, and b, the *Bloch phase*, is any one of them. t and tm bound the magnitude of those
+//! that propagate in the air and in the medium.
+//!
+//! A table has cells of the air, over t and a, and cells of the medium, over tm and a. In cells of the medium light is
+//! totally reflected and nothing propagates in the air ([`InterfaceCells`](super::InterfaceCells)). A *channel* is an
+//! order on one side of the relief. Channels of a cell are numbered from 0: those above, then those below, each by
+//! ascending order.
 
 use super::GratingError;
 use super::cell_position::{middle_order, wave_at};
@@ -12,12 +15,12 @@ use super::dielectric_solver::{solve_balanced, solve_in_air};
 use super::rigorous_solver::Meshes;
 use sunbeam_rigorous::{Channel, Scattering};
 
-/// Smallest t of a solved point in a cell of the air. At t = 0 the solver's lattice sum has no limit. Larger values
-/// would change efficiencies, which hardly vary below this one.
+/// Smallest t of a solved point in a cell of the air. At t = 0 the solver's lattice sum has no limit. Efficiencies
+/// hardly vary below this bound; a larger bound would change them.
 const T_MIN: f64 = 1e-4;
 /// Longest wavelength solved at a given tm, in units of the *critical* wavelength, above which light propagates in the
-/// air. Closer to 1 the solver needs more nodes, since the field in the air hardly decays; smaller values replace more
-/// wavelengths.
+/// air. With values closer to 1 the solver needs more nodes, since the field in the air hardly decays. With smaller
+/// values, more wavelengths are replaced by this one.
 const BELOW_CRITICAL: f64 = 0.99;
 
 /// The solver of a profile on an interface.

@@ -1,16 +1,21 @@
 //! Build of the tables of an interface (symbols: `mod.rs`; the cells of the air and of the medium: [`InterfaceCells`]).
 //!
-//! A table holds one value for each pair of channels (orders on a side of the relief): an efficiency, or the shape of a
-//! Jones matrix. A *cell* is a region of incident waves at which the same orders propagate in the air (in cells of the
-//! medium: in the medium). Its index s is the number of these orders minus 1. (p, q) is a wave's position in its cell,
-//! each from 0 to 1. Cells are solved at nodes with equal steps in the coordinate of look-ups, `node_coordinate` of p
-//! and of q (`cell_position.rs`). Matrices are stored there; efficiencies, which vary more, at more nodes, by cubic
-//! interpolation. Polynomials through Chebyshev nodes, as in `build.rs`, converge slowly here, since efficiencies have
-//! singularities inside the cells of an interface.
+//! A table holds one value for each pair of *channels* (orders on a side of the relief): an efficiency, or the shape
+//! of a Jones matrix. Wave numbers are along x, in units of 2π over the period d. `a` is that of the incident wave; t
+//! and tm bound the magnitude of those that propagate in the air and in the medium. A *cell of the air* has the
+//! incident waves at which given orders propagate in the air. In a *cell of the medium* nothing propagates in the air,
+//! tm takes the place of t, and the orders are those of the medium. The index s of a cell is the number of these
+//! orders minus 1.
 //!
-//! A channel in the medium may propagate at only some nodes of a cell. At the other nodes its value follows from that
-//! of a neighbouring node at which it propagates, so that look-ups can interpolate between them. Half of the nodes
-//! follow by reciprocity, as in `build.rs`: on the reversed path, p and q are exchanged.
+//! The fractional parts p of t − a and q of t + a are a wave's position in its cell. Cells are solved at nodes with
+//! equal steps in the coordinate of look-ups, `node_coordinate` of p and of q (`cell_position.rs`). Matrices are
+//! stored at these nodes. Efficiencies, which vary more, are interpolated by cubics to more nodes. Polynomials through
+//! Chebyshev nodes, as in `build.rs`, converge slowly here, since efficiencies have singularities inside the cells of
+//! an interface.
+//!
+//! A channel in the medium may propagate at only some nodes of a cell. At the other nodes it gets a value from a
+//! neighbouring node at which it propagates, so that look-ups can interpolate between them. Half of the nodes follow by
+//! reciprocity, as in `build.rs`: on the reversed path, p and q are exchanged.
 
 use super::GratingError;
 use super::build::{EfficiencyTable, RANDOM_SEED, error_statistics, offsets_and_halves, packed_rows};
@@ -62,22 +67,22 @@ impl InterfacePlan {
         let (nm, _) = table_wavelengths(period_um, Some(STEP_NM));
         // Largest bound of |a| at wavelength j. In cells of the air it is t = d/λ, at ky = 0; in cells of the medium
         // tm = √(n² − 1)·d/λ, at |ky| = k.
-        let root = (eta * eta - 1.0).sqrt();
-        let largest = |j: usize, in_air: bool| 1e3 * period_um / nm[j] * if in_air { 1.0 } else { root };
+        let factor_in_medium = (eta * eta - 1.0).sqrt();
+        let largest = |j: usize, in_air: bool| 1e3 * period_um / nm[j] * if in_air { 1.0 } else { factor_in_medium };
         // Whether wavelength j has the cell of this index: s = ⌊t − a⌋ + ⌊t + a⌋ is at most 2t. Look-ups interpolate
         // between two wavelengths, so a wavelength has all cells of the next shorter one, which has more.
         let has_cell =
             |j: usize, in_air: bool, index: i32| index <= (2.0 * largest(j.saturating_sub(1), in_air)) as i32;
-        // Orders that may propagate in the medium alone, at either end of those that propagate in the air: tm − t,
-        // rounded up, with tm² = t² + (n² − 1)(d/λ)². The difference is largest at the cell's smallest t, s/2, and at
-        // the shortest wavelength.
+        // Number of orders that may propagate in the medium alone, at either end of those that propagate in the air:
+        // tm − t, rounded up, with tm² = t² + (n² − 1)(d/λ)². The difference is largest at the cell's smallest t, s/2,
+        // and at the shortest wavelength. `largest(0, false)` is the root of the second term.
         let further_orders = |index: i32| {
             let t = 0.5 * f64::from(index.max(0));
             let tm = t.hypot(largest(0, false));
             (tm - t).ceil() as u32
         };
         let mut cells = Vec::new();
-        // In cell −1 of the air, no order propagates there.
+        // In cell −1 of the air, orders propagate in the medium alone.
         for (in_air, first) in [(true, -1), (false, 0)] {
             for index in (first..).take_while(|&index| has_cell(0, in_air, index)) {
                 let extra = if in_air { further_orders(index) } else { 0 };
@@ -120,7 +125,7 @@ impl InterfacePlan {
         Ok(packed)
     }
 
-    /// One word for each cell, with its [`InterfaceCell::extra`].
+    /// [`InterfaceCell::extra`] of each cell, a word each.
     pub(super) fn extras(&self) -> Vec<u32> {
         self.cells.iter().map(|(cell, _)| cell.extra).collect()
     }
@@ -142,7 +147,7 @@ impl InterfacePlan {
 /// `incident · channels + outgoing`.
 pub(super) struct SolvedCell<T> {
     cell: InterfaceCell,
-    /// Turns the value of a pair into that of the pair on the reversed path.
+    /// Turns the value of a pair into the value of the pair on the reversed path.
     transposed: fn(T) -> T,
     /// `[node of triangle_nodes][wavelength][entry]`; `None` where one of the pair's channels does not propagate.
     values: Vec<Vec<Vec<Option<T>>>>,
@@ -192,9 +197,9 @@ impl<T: Copy + Default + Send + Sync> SolvedCell<T> {
         self.cell.opposite(entry % channels) * channels + self.cell.opposite(entry / channels)
     }
 
-    /// Value at node i of p, node k of q, and wavelength j; `None` where one of the pair's channels does not propagate.
-    /// Beyond the diagonal, i < k, it is that of the reversed path, which was solved at the node mirrored in the
-    /// diagonal.
+    /// Value at node i of p, node k of q, and wavelength j; `None` where one of the pair's channels does not
+    /// propagate. Beyond the diagonal p = q, i < k, the value is that of the reversed path, which was solved at the
+    /// node mirrored in the diagonal.
     fn value(&self, [j, i, k]: [usize; 3], entry: usize) -> Option<T> {
         let values = &self.values[triangle_index(i, k)][j];
         if i < k { values[self.reversed(entry)].map(self.transposed) } else { values[entry] }
@@ -202,9 +207,9 @@ impl<T: Copy + Default + Send + Sync> SolvedCell<T> {
 
     /// Values of all entries at node i of p, node k of q, and wavelength j.
     ///
-    /// A pair that does not propagate there has `beyond(value, is_mirror)` of the value at the nearest neighbour at
-    /// which it does, at most one step away along each axis; zero without such a neighbour. `is_mirror` tells whether
-    /// both channels are the same, as in a mirror reflection.
+    /// A pair that does not propagate at the node gets `beyond(value, is_mirror)`. `value` is that at the nearest
+    /// neighbour, at most one step away along each axis, at which the pair propagates. Without such a neighbour the
+    /// pair gets zero. `is_mirror` tells whether both channels are the same, as in a mirror reflection.
     fn filled(&self, [j, i, k]: [usize; 3], beyond: fn(T, bool) -> T) -> Vec<T> {
         // Indices at most one step away, among `count`.
         let near = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
@@ -220,7 +225,8 @@ impl<T: Copy + Default + Send + Sync> SolvedCell<T> {
             let neighbour = || neighbours.iter().find_map(|&at| self.value(at, entry));
             self.value([j, high, low], entry).or_else(|| Some(beyond(neighbour()?, is_mirror))).unwrap_or_default()
         };
-        // Beyond the diagonal a value follows from the mirror image, and on it from the entry of lower index.
+        // Beyond the diagonal a value follows from the node's mirror image. On the diagonal, of two entries that are
+        // each other's reverse, the second follows from the first.
         let value = |entry: usize| {
             let reversed = self.reversed(entry);
             if i < k || i == k && reversed < entry { (self.transposed)(nearest(reversed)) } else { nearest(entry) }
@@ -253,9 +259,9 @@ fn cubics() -> Vec<(usize, [f64; 4])> {
 /// 16-bit entries of a cell at wavelength j, `[node of p][node of q][entry]`.
 fn packed_cell(solved: &SolvedCell<f64>, j: usize) -> Vec<u16> {
     let (channels, cubics) = (solved.channels(), cubics());
-    // At an order's cut-off its efficiencies vanish as a root, and its mirror reflection becomes total. The cut-off may
-    // lie anywhere between both nodes, so half of the neighbour's value is taken. With all of it, the error on the
-    // reference grating (`STORED`) is 0.005.
+    // At an order's cut-off its efficiencies vanish as a root, and its mirror reflection becomes total. The cut-off
+    // may lie anywhere between both nodes, so half of the neighbour's value is taken. With the whole value, the RMS
+    // error on the reference grating (`STORED`) is 0.005 instead of 0.003.
     let beyond = |efficiency: f64, is_mirror: bool| if is_mirror { 1.0 } else { 0.5 * efficiency };
     let values: Vec<Vec<f64>> = solved.at_wavelength(j, beyond).collect();
     let nodes = cubics.iter().flat_map(|along_p| cubics.iter().map(move |along_q| (along_p, along_q)));
@@ -319,7 +325,7 @@ pub(super) fn efficiency_error(
         .map(|&([nm, x, y], from_below)| {
             let index_of = |below: bool| if below { solver.eta } else { 1.0 };
             let periods = 1e3 * period_um / nm;
-            // Beyond ±1 for some light from below.
+            // ky/k is beyond ±1 for some light from below. `periods` is d/λ.
             let (ky_over_k, a) = (index_of(from_below) * y, index_of(from_below) * x * periods);
             let channels = view.channels(&view.bounds(periods, ky_over_k), a, active);
             let (incident, _) = channels.of_order(0.0, from_below);

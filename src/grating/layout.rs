@@ -1,9 +1,10 @@
 //! Layout of a grating's tables: their cells, and the body below the relief.
 //!
-//! Here k is the wave number in vacuum, 2π/λ, and ky the component of a wave vector along the grooves. Wave numbers of
-//! orders along x, in units of 2π/d, have the bound `t = (d/λ)·√(1 − ky²/k²)` in air and `tm = (d/λ)·√(n² − ky²/k²)` in
-//! a medium of index n. Further symbols are those of `mod.rs`. Directions are unit vectors away from the surface:
-//! towards the light or the viewer.
+//! Here k is the wave number in vacuum, 2π/λ, and ky the component of a wave vector along the grooves. The period is
+//! d. An order propagates up to a wave number along x, in units of 2π/d, of `t = (d/λ)·√(1 − ky²/k²)` in air and of
+//! `tm = (d/λ)·√(n² − ky²/k²)` in a medium of index n. Further symbols are those of `mod.rs`. Directions are unit
+//! vectors away from the surface: towards the light or the viewer. Their components are of type `N::Real`: one number,
+//! a SIMD vector or a traced variable.
 
 use crate::numeric::{Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
@@ -29,8 +30,8 @@ pub struct EfficiencyLayout {
     pub step_nm: f64,
     /// Number of wavelengths, at least two.
     pub wavelengths: u32,
-    /// Number of cells at the shortest wavelength. Longer wavelengths use fewer: the first ones, or, at an interface,
-    /// the first ones of the air and the first ones of the medium. Offsets of unused cells have no meaning.
+    /// Number of cells at the shortest wavelength. Longer wavelengths use fewer: the first cells, or, at an interface,
+    /// the first cells of the air and the first cells of the medium. Offsets of unused cells have no meaning.
     pub cells: u32,
     /// Nodes along either side of a cell, at least two.
     pub nodes: u32,
@@ -70,9 +71,9 @@ impl EfficiencyLayout {
         [w[0], w[1]].map(|component| index.map_or(N::widen(component), |index| N::widen(component) * N::widen(index)))
     }
 
-    /// `ky/k` for light that comes from the direction `from` and leaves in the direction `to`: the mean of ky/k of both
-    /// waves, which are equal if `to` lies exactly on an order. `from` points against the incident wave, hence the
-    /// minus. The magnitude exceeds 1, up to n, where light in the medium is totally reflected.
+    /// `ky/k` for light that comes from the direction `from` and leaves in the direction `to`: the mean of the ratios
+    /// of both waves, which are equal if `to` lies exactly on an order. `from` points against the incident wave, hence
+    /// the minus. The magnitude exceeds 1, up to n, where light in the medium is totally reflected.
     #[inline(always)]
     pub(super) fn ky_over_k<N: Numbers>(&self, [from, to]: [[N::Real; 3]; 2]) -> N::Real {
         let [[_, in_y], [_, out_y]] = [from, to].map(|w| self.tangential::<N>(w));

@@ -21,6 +21,9 @@
 //! are in air, so the formulas are the same. Below an interface directions lie in the medium of index n: they enter `f`
 //! times n, and `f_r` has the factor n² of the outgoing medium, because a solid angle covers `n²|wo.z|/λ²` of the plane
 //! of frequencies for each steradian.
+//!
+//! The code is generic over `N: Numbers`: an `N::Real` is one number, a SIMD vector or a traced variable, and `lit`
+//! makes one of a constant. An `N::Double` is the same in double precision. Masks are true in the lanes that count.
 
 use super::channels::Channels;
 use super::efficiencies::EfficiencyView;
@@ -33,7 +36,7 @@ use serde::{Deserialize, Serialize};
 use std::array;
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Parameters of the lobe, without the table data: layout of the table, period and order width.
+/// Parameters of the lobe, without the table data.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct GratingLayout {
     /// Layout of the efficiencies.
@@ -54,7 +57,7 @@ pub struct GratingLobe<'a, N: Numbers> {
     pub words: N::Words,
 }
 
-/// One order between two directions.
+/// One order between two directions, which are moved so that they fulfil its grating equation.
 struct OrderAt<'a, N: Numbers> {
     /// Channels at the incident wave.
     channels: &'a Channels<N>,
@@ -64,7 +67,7 @@ struct OrderAt<'a, N: Numbers> {
     efficiency: N::Real,
 }
 
-/// Sides of a grating's lobe, with or without polarisation.
+/// A lobe of a grating, at wavelengths or in colour.
 pub(super) trait MayTransmit {
     /// Whether the body transmits light.
     fn transmits(&self) -> bool;
@@ -115,8 +118,8 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         value
     }
 
-    /// Density of `draw` in 1/sr: the mean of the orders' Gaussians over frequency, weighted by their efficiencies at
-    /// `wi`, as in `draw`. At a body that transmits, twice this density, since callers multiply by the side's
+    /// Density of `draw` in 1/sr: the mean of the orders' Gaussians over frequency, weighted by the orders'
+    /// efficiencies for light from `wi`. At a body that transmits it is doubled, since callers multiply by the side's
     /// probability ½.
     #[inline(always)]
     fn density(&self, &[wi, wo]: &[[N::Real; 3]; 2], nm: N::Real, active: N::Mask) -> N::Real {
@@ -127,7 +130,8 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         let total = view.row_total(&row, &channels, active);
         let is_below = view.is_below(wo);
         let [weighted] = self.sum_kernels(wi, wo, nm, active, |m, active| {
-            // Draws may select an order that does not propagate, but whose Gaussian reaches directions that do.
+            // `draw` may select a tabulated order that does not propagate, but whose Gaussian reaches directions that
+            // do.
             let (channel, is_tabulated) = channels.tabulated(m, is_below);
             [N::Real::select(is_tabulated, view.entry(&row, channel, active & is_tabulated), zero)]
         });
@@ -166,7 +170,8 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         // Standard deviation of the tangential part of the wave vector, divided by the wave number in vacuum.
         let sigma = wavelength_um * real(self.layout.sigma_per_um);
         let [offset_x, offset_y] = [1, 2].map(|i| normal_quantile(u[i]) * sigma);
-        // With ki and ko the tangential parts of wi and wo times their media's indices: ko = (mλ/d − ki.x, −ki.y).
+        // Let ki and ko be the tangential parts of wi and wo, times the indices of their media. Order m leaves at
+        // ko = (mλ/d − ki.x, −ki.y).
         let [incident_x, incident_y] = self.layout.efficiencies.tangential::<N>(wi);
         let centre_x = N::narrow(m / self.periods(nm) - incident_x);
         let (x, y) = (centre_x + offset_x, offset_y - N::narrow(incident_y));
@@ -212,8 +217,8 @@ impl<N: Numbers> GratingLobe<'_, N> {
         N::Double::lit(1e3 * self.layout.period_um) / N::widen(nm)
     }
 
-    /// Channels at the wave incident from `wi`, the channel of `wi` itself, and `active` without waves that rounding
-    /// moves beyond the horizon.
+    /// Channels at the wave incident from `wi`, the index of the channel of this wave, and `active` without waves that
+    /// rounding moves beyond the horizon.
     #[inline(always)]
     fn incident(&self, wi: [N::Real; 3], nm: N::Real, active: N::Mask) -> (Channels<N>, N::Index, N::Mask) {
         let [x, y] = self.layout.efficiencies.tangential::<N>(wi);
@@ -224,8 +229,8 @@ impl<N: Numbers> GratingLobe<'_, N> {
         (channels, incident, active & propagates)
     }
 
-    /// `n²·Σ_m g_m·K(f − f_m)/λ²` over the orders, with the index n of the medium of `wo`. `quantity` computes `R`
-    /// quantities `g_m` of an order at once.
+    /// `n²·Σ_m g_m·K(f − f_m)/λ²` for `R` quantities g at once, with the index n of the medium of `wo`. `quantity`
+    /// computes the quantities `g_m` of an order.
     ///
     /// For each order m both directions are moved by half of the difference between f and f_m, so that the moved `wo`
     /// is exactly the direction of the order. Exchanging the directions then gives the reversed path, and `f_r/n²` is
@@ -251,9 +256,9 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let [from_below, to_below] = [wi, wo].map(|w| view.is_below(w));
         self.sum_kernels(wi, wo, nm, active, |m, active| {
             let channels = view.channels(&bounds, (sum_of_a - m) * half, active);
-            let (incident, is_incident) = channels.of_order(N::Double::lit(0.0), from_below);
-            let (outgoing, is_outgoing) = channels.of_order(m, to_below);
-            let active = active & is_incident & is_outgoing;
+            let (incident, incident_propagates) = channels.of_order(N::Double::lit(0.0), from_below);
+            let (outgoing, outgoing_propagates) = channels.of_order(m, to_below);
+            let active = active & incident_propagates & outgoing_propagates;
             let row = view.row(&channels, incident, nm, active);
             let efficiency = view.entry(&row, outgoing, active);
             quantity(OrderAt { channels: &channels, pair: [incident, outgoing], efficiency }, active)
@@ -261,8 +266,8 @@ impl<N: Numbers> GratingLobe<'_, N> {
         })
     }
 
-    /// `n²·Σ_m g_m·K(f − f_m)/λ²`, n at `wo`, over the orders whose Gaussians reach the pair of directions;
-    /// `weights(m, active)` gives `R` factors `g_m`.
+    /// `n²·Σ_m g_m·K(f − f_m)/λ²` over the orders whose Gaussians reach the pair of directions, with the index n of the
+    /// medium of `wo`. `weights(m, active)` returns the `R` factors `g_m`.
     #[inline(always)]
     fn sum_kernels<const R: usize>(
         &self,

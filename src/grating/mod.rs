@@ -15,11 +15,11 @@
 //! | f = (wi + wo)_xy/λ | frequency of a pair of directions in cycles/µm |
 //! | m | index of an order; its frequency is `f_m = (m/d, 0)` |
 //! | e_m | efficiency: fraction of the unpolarised incident power in order m |
-//! | K, σ | Gaussian of the coherence window, of integral 1, and its standard deviation in cycles/µm |
+//! | K, σ | Gaussian of an order over frequencies, by the coherence window, of integral 1; its deviation in cycles/µm |
 //! | y | component of a direction along the grooves; \|ky/k\| is \|y\| in air and n·\|y\| in a medium |
-//! | ky/k | component of the wave vector along the grooves over k = 2π/λ: −wi.y, and wo.y of an order |
+//! | ky/k | wave vector along the grooves over k = 2π/λ, equal for all orders: −wi.y, or wo.y of an order |
 //! | n | refractive index of the medium below an interface |
-//! | t = (d/λ)·√(1 − ky²/k²) | bound of \|a + m\| for waves that propagate in air |
+//! | t = (d/λ)·√(1 − ky²/k²) | bound of \|a + m\| for orders that propagate in air |
 //! | tm = (d/λ)·√(n² − ky²/k²) | the same in the medium below an interface |
 //! | a = −(d/λ)·wi.x | wave number of the incident wave along x, in units of 2π/d; that of order m is `a + m` |
 //! | b | Bloch phase in turns: `a` up to an integer, common to all orders |
@@ -32,8 +32,10 @@
 //! | point (t, b) | one solution of `sunbeam-rigorous`, for all orders at once |
 //! | node | a position in a cell's table or in its solution; also a place on the profile at which fields are solved |
 //!
-//! For a pair of directions, lobes move both by half of the distance to order m, and take t and a of the moved incident
-//! direction (`lobe.rs`).
+//! A pair of directions rarely fulfils the grating equation exactly. For each order m, lobes move both directions by
+//! half of the distance to the order, and take t and a of the moved incident direction (`lobe.rs`).
+//!
+//! Evaluators are generic over `N: Numbers`: an `N::Real` is one number, a SIMD vector or a traced variable.
 //!
 //! t, b and the index m are those of `sunbeam-rigorous`, which solves at given t, b and λ. From t and λ follows
 //! `ky²/k² = 1 − (tλ/d)²`, so ky is imaginary at wavelengths above d/t. Components of a direction in a medium of
@@ -49,10 +51,10 @@
 //! | `layout.rs` | cells of a table, and the body below its relief |
 //! | `efficiencies.rs`, `build.rs` | the table of efficiencies: look-up, and build from solved points |
 //! | `chebyshev.rs` | nodes at which a cell is solved, and resampling to the table's nodes |
-//! | `plan.rs`, `wavelengths.rs` | numbers of nodes and wavelengths of a table, and the cost of its build |
+//! | `plan.rs`, `wavelengths.rs` | numbers of nodes and wavelengths of a table; cost of its build |
 //! | `order_solver.rs`, `rigorous_solver.rs` | traits of the solvers behind the tables, and the solver of reflectors |
 //! | `dielectric_solver.rs`, `film_solver.rs` | the solver of both sides of a dielectric, and that of a film |
-//! | `interface_solver.rs`, `interface_table.rs` | cells of an interface: their solver, and the build of its tables |
+//! | `interface_solver.rs`, `interface_table.rs` | interfaces: the solver of their cells, the build of their tables |
 //! | `lobe.rs`, `surface.rs` | the lobe at wavelengths and the surface that owns its table |
 //! | `colour_tables.rs`, `colour_lobe.rs`, `colour_surface.rs` | tables, lobe and surface in linear sRGB |
 //! | `jones_shape.rs`, `jones_table.rs`, `polarisation.rs` | Jones matrices of orders, their table, Mueller matrices |

@@ -3,7 +3,7 @@
 use super::GratingError;
 use super::jones_shape::JonesShape;
 
-/// A solver of one grating at any incidence and wavelength. Tests replace it by closed forms.
+/// A solver of one grating at any incidence and wavelength. Tests implement it by closed forms.
 ///
 /// An incidence is given by t and b, both in units of 2π/d with the period d. Order m has the wave number `b + m` along
 /// x. It propagates in air where `|b + m| < t`, with `t = (d/λ)·√(1 − y²)` and the direction cosine y along the
@@ -21,8 +21,8 @@ pub(super) trait OrderSolver: Sync {
     /// A point (t, b) that cannot be solved accurately enough.
     fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError>;
 
-    /// Number of sides of the relief on which light arrives and leaves, 1 or 2. With two sides, channels take the place
-    /// of orders in the matrices, twice as many: all orders above, then all below ([`EfficiencyLayout`]).
+    /// Number of sides of the relief on which light arrives and leaves, 1 or 2. With two sides, the matrices have
+    /// channels in place of orders, twice as many: all orders above, then all orders below ([`EfficiencyLayout`]).
     ///
     /// [`EfficiencyLayout`]: super::EfficiencyLayout
     fn sides(&self) -> usize {

@@ -8,9 +8,9 @@
 //! - `b`: Bloch phase, `a` up to an integer. All orders of a wave share it, so a solution at the *point* (t, b) holds
 //!   for each of them as the incident wave.
 //!
-//! Lines of whole t − a and t + a divide the plane (t, a) into *cells*. In a cell the same number of orders propagates.
-//! The fractional parts `p` of t − a and `q` of t + a are the position in it. Cells that differ by a whole `a` have
-//! equal points, and count as one: cell `s = ⌊t − a⌋ + ⌊t + a⌋`, with s + 1 orders.
+//! Lines of whole t − a and t + a divide the plane (t, a) into *cells*. In a cell the same number of orders
+//! propagates. The fractional parts `p` of t − a and `q` of t + a are the position in it. Cells that differ by a whole
+//! number in `a` have equal points, and count as one: cell `s = ⌊t − a⌋ + ⌊t + a⌋`, with s + 1 orders.
 //!
 //! Three kinds of node occur:
 //!
@@ -36,8 +36,8 @@ use crate::scattering::{ComplexIndex, SpectralIndex};
 use crate::table::{Estimate, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use sunbeam_rigorous::Profile;
 
-/// Most nodes of a table along either side of a cell; chosen. More would reduce the error of linear look-ups, and
-/// enlarge the table. A perfect conductor's table, whose efficiencies do not depend on the wavelength, has this number.
+/// Most nodes of a table along either side of a cell. More would reduce the error of linear look-ups, and enlarge the
+/// table. A perfect conductor's table, whose efficiencies do not depend on the wavelength, always has this number.
 const STORED_MAX: usize = 32;
 /// Size in bytes up to which a table has more than [`STORED`] nodes along either side of a cell. A larger table would
 /// not fit into a processor's cache.
@@ -51,7 +51,7 @@ const TERMS_TOLERANCE: f64 = 6e-3;
 /// Number of cells from which [`TERMS_TOLERANCE`] applies unscaled: that of a period of 2.3 µm.
 const FULL_CELLS: f64 = 14.0;
 /// Accepted RMS error of an efficiency halfway between two wavelengths: a quarter of [`TERMS_TOLERANCE`], so that it
-/// adds little. It is larger than the stricter tolerance of less than 3.5 cells, periods below 0.45 µm.
+/// adds little. Only with fewer than 3.5 cells, at periods below 0.45 µm, is the scaled tolerance of terms stricter.
 const WAVELENGTH_TOLERANCE: f64 = 0.25 * TERMS_TOLERANCE;
 
 // The following constants serve estimates of a build alone. A slower machine takes longer than estimated.
@@ -70,7 +70,7 @@ const METAL_STEP_NM: f64 = STEPS_NM[2];
 /// orders, and 1.5e-6 in dielectrics.
 const LATTICE_SECONDS: f64 = 1e-6;
 /// Seconds on one core for the remaining solution at one point and wavelength, divided by the cubed number of mesh
-/// nodes; measured.
+/// nodes: a measured value.
 const SOLUTION_SECONDS: f64 = 1.2e-9;
 
 /// Quantities that the size and the cost of a table depend on.
@@ -87,7 +87,7 @@ pub(super) struct CostBasis {
 }
 
 impl CostBasis {
-    /// Quantities of a table of efficiencies of a grating with this period on a body.
+    /// Quantities for a table of efficiencies of a grating with this period on a body.
     pub(super) fn of_efficiencies(period_um: f64, body: GratingBody<'_>) -> Self {
         let nodes = if body.is_dielectric() { DIELECTRIC_NODES } else { METAL_NODES };
         // The points with p > q follow from the others by reciprocity.
@@ -150,7 +150,7 @@ pub(super) fn choose_spacing(
     Ok(Some(spacing_of(&RigorousSolver::new(meshes, index, &[])?, period_um)?))
 }
 
-/// Spacing of the wavelengths of a solver's table, which meets [`WAVELENGTH_TOLERANCE`].
+/// Spacing of a table's wavelengths that meets [`WAVELENGTH_TOLERANCE`], by test solutions of the solver.
 ///
 /// # Errors
 /// A test point that cannot be solved.

@@ -6,8 +6,9 @@
 //! elements EH and HE are divided by ky/k. A shape is scaled to power 1; the *power* of a matrix is half the sum of its
 //! elements' squared magnitudes. [`JonesTable`](super::JonesTable) builds the table, [`JonesView`] reads it.
 //!
-//! Table data are words of 32 bits. A shape is a *packet* of four words, one for each element. The lower half of a word
-//! is the real part and the upper half the imaginary part, both as `x/UNIT + ZERO` in 16 bits.
+//! Table data are words of 32 bits. A shape is a *packet* of four words, one for each element. The lower half of a
+//! word is the real part and the upper half the imaginary part, both as `x/UNIT + ZERO` in 16 bits. Look-ups are
+//! generic over `N: Numbers`: an `N::Real` is one number, a SIMD vector or a traced variable.
 
 use super::channels::Channels;
 use super::efficiencies::{EfficiencyView, Node};
@@ -37,9 +38,9 @@ impl<N: Numbers> JonesView<N> {
     /// Mueller matrix of an order, row by row, divided by its first element.
     ///
     /// `channels` lists the orders on either side of the relief for the incident wave. The second argument has the
-    /// indices of the channels of incident and outgoing light. `nm` is the wavelength.
-    /// The table is read where `active` is true. The first axis of the frames of incident and outgoing light is the
-    /// grooves' direction, made transverse to the light.
+    /// indices of the channels of incident and outgoing light. `nm` is the wavelength, and `ky_over_k` the component of
+    /// the wave vector along the grooves over 2π/λ. The table is read where `active` is true. The first axis of the
+    /// frames of incident and outgoing light is the grooves' direction, made transverse to the light.
     #[inline(always)]
     pub(super) fn matrix(
         &self,
@@ -50,6 +51,7 @@ impl<N: Numbers> JonesView<N> {
         active: N::Mask,
     ) -> [N::Real; 16] {
         let real = N::Real::lit;
+        // The table has the nodes of a table of efficiencies, so the view of such a table finds them.
         let nodes = EfficiencyView::<N> { layout: self.layout, words: self.words };
         let count = channels.count;
         let entry = incident * count + outgoing;

@@ -20,14 +20,14 @@ pub fn preset_profile(
     Ok(match preset {
         Preset::Blazed => Some(Profile::blazed(period, height)?),
         Preset::Sinusoidal => Some(Profile::sinusoid(period, height)?),
-        // High over half of the period.
+        // The ridge takes half of the period.
         Preset::Lamellar => Some(Profile::lamellar(period, height, 0.5)?),
         _ => None,
     })
 }
 
-/// Profile of a height field that varies along x alone: the mean over y of each column of pixels. The width of the
-/// field is one period.
+/// Profile of a height field that varies along x alone: the mean over y of each column of pixels. The field's extent
+/// along x is one period.
 ///
 /// # Errors
 /// [`GratingError::NotAlongX`] where the heights of a column differ by more than `tolerance` times the relief's height

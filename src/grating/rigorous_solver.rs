@@ -1,13 +1,14 @@
 //! The solver behind the tables of reflectors: an [`OrderSolver`] that calls `sunbeam-rigorous` (symbols: `mod.rs`).
 //! Its meshes also serve the solvers of films and interfaces.
 //!
-//! At a point (t, b), t is the bound of the propagating orders' wave numbers along x, and b their Bloch wave number.
-//! Both are in units of 2π over the period d. The ratio ky/k is the component of a wave vector along the grooves over
-//! its length. At wavelengths above d/t ky is imaginary. The solution there is the analytic continuation that
-//! interpolation between wavelengths needs (`order_solver.rs`); it does not conserve power.
+//! Wave numbers are along x, in units of 2π over the period d. Those of all orders differ by whole numbers. At a point
+//! (t, b), the Bloch phase b is one of them, and t bounds the magnitude of those that propagate. The ratio ky/k is the
+//! component of a wave vector along the grooves over its length. At wavelengths above d/t ky is imaginary. The solution
+//! there is the analytic continuation that interpolation between wavelengths needs (`order_solver.rs`); it does not
+//! conserve power.
 //!
 //! A *mesh* is a set of nodes on the profile at which fields are solved. The *power balance* of a solution is the
-//! condition that the incident power is that reflected and, in a medium that absorbs, absorbed.
+//! condition that the incident power equals the reflected power and, in a medium that absorbs, the absorbed power.
 
 use super::GratingError;
 use super::jones_shape::{JonesShape, jones_shape};
@@ -23,8 +24,9 @@ use sunbeam_rigorous::{
 /// Largest accepted error of the power balance at a solved point: the power missing as a fraction of the incident
 /// power, times the largest cosine of incidence at its `t`.
 ///
-/// Chosen as about a tenth of the error of an order in the tables; smaller values need larger meshes. The cosine allows
-/// for more where it is small: light along the grooves carries a small fraction of the power that falls on a surface.
+/// Chosen as about a tenth of the error of an order in the tables; smaller values need larger meshes. The factor allows
+/// a larger fraction where the cosine is small, near grazing incidence along the grooves: such light carries little of
+/// the power that falls on a surface.
 pub(super) const IMBALANCE_MAX: f64 = 1e-3;
 /// Largest number of doublings of the nodes; they are doubled until the power balance holds. The cost of a solution
 /// grows as the cube of the number of nodes.
@@ -72,7 +74,7 @@ impl Meshes {
         self.profile.period_um()
     }
 
-    /// Discretises a profile at the resolution that [`sufficient_resolution`] returns.
+    /// The meshes of a profile, from the resolution that [`sufficient_resolution`] returns.
     ///
     /// # Errors
     /// More nodes than the solver accepts.
@@ -178,8 +180,8 @@ impl<'a> RigorousSolver<'a> {
         extract: impl Fn(&Amplitudes, f64) -> Vec<T>,
     ) -> Result<Vec<Vec<T>>, GratingError> {
         let air = self.meshes.first.air(t, b)?;
-        // At given t and b, a perfect conductor's orders do not depend on the wavelength, and one is solved. The
-        // longest with a real ky is that at which `imbalance` is strictest.
+        // At given t and b, a perfect conductor's orders do not depend on the wavelength, so one wavelength is solved:
+        // the longest with a real ky, at which `imbalance` is strictest.
         let are_real = wavelengths_nm.iter().copied().filter(|&nm| self.ky_squared_ratio(t, nm) >= 0.0);
         let one_nm = [are_real.reduce(f64::max).unwrap_or(wavelengths_nm[0])];
         let solved_nm = if self.index.is_some() { wavelengths_nm } else { &one_nm };
@@ -193,8 +195,8 @@ impl<'a> RigorousSolver<'a> {
             }
             extracted.push(extract(&amplitudes, ky_squared_ratio));
         }
-        // The other wavelengths of a perfect conductor, whose orders do not convert Ey to Hy and so do not depend on
-        // ky.
+        // A perfect conductor has the same values at all wavelengths: its orders do not convert Ey to Hy, and so do not
+        // depend on ky.
         extracted.resize(wavelengths_nm.len(), extracted.last().cloned().unwrap_or_default());
         Ok(extracted)
     }

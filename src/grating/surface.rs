@@ -1,4 +1,5 @@
-//! A grating's reflectance at wavelengths, from its table of efficiencies.
+//! A grating's reflectance at wavelengths, from its table of efficiencies: the fractions of the incident power in each
+//! order (symbols: `mod.rs`). This file builds the table and owns it; `lobe.rs` evaluates it.
 
 use super::GratingError;
 use super::body::GratingBody;
@@ -20,9 +21,9 @@ use crate::table::{CoherenceWindow, Progress};
 use serde::{Deserialize, Serialize};
 use sunbeam_rigorous::{Profile, Side};
 
-/// Number of random incidences and wavelengths at which a table's error is measured. More of them give a more accurate
-/// error and a longer build. Tables of interfaces get four times as many: few incidences hold most of their error, so
-/// its estimate from few points would vary by chance.
+/// Number of random incidences and wavelengths at which a table's error is measured. More points give a more accurate
+/// error and a longer build. Tables of interfaces get four times as many points: few incidences hold most of their
+/// error, so an estimate from few points would vary by chance.
 const ERROR_POINTS: usize = 60;
 
 /// The surface of a grating by Maxwell's equations, with a table of its orders' efficiencies.
@@ -185,8 +186,8 @@ impl GratingSurface {
     pub fn efficiency_between(&self, wavelength_nm: f64, wi: [f64; 2], order: i32, sides: [Side; 2]) -> f64 {
         let [arrives_below, leaves_below] = sides.map(|side| side == Side::Below);
         let layout = self.layout.efficiencies;
-        // The light's tangential wave vector over the wave number in vacuum is (−x, −y), since `wi` points to its
-        // source.
+        // The light's tangential wave vector over the wave number in vacuum is (−x, −y), since `wi` points against the
+        // light. `periods` is d/λ.
         let [x, y] = wi.map(|cosine| if arrives_below { cosine * layout.eta_below() } else { cosine });
         let periods = 1e3 * self.layout.period_um / wavelength_nm;
         let view = EfficiencyView::<Plain<f64>> { layout, words: &self.words };
@@ -220,7 +221,8 @@ impl GratingSurface {
     }
 
     /// Samples a direction for one or several wavelengths (nm) from three random numbers in [0, 1), with its density
-    /// and weight. `None` where [`GratingSurface::sample_direction`] gives none; it counts in means, with the weight 0.
+    /// and weight. `None` where [`GratingSurface::sample_direction`] gives none; such a sample counts in means, with
+    /// the weight 0.
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         lobe::sample(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }

@@ -1,10 +1,11 @@
-//! Wavelengths of a table: its nodes, and those of them at which the grating is solved (symbols: `mod.rs`).
+//! Wavelengths of a table: its *nodes*, and the nodes at which the grating is solved (symbols: `mod.rs`).
 //!
 //! Nodes have equal steps from 360 to 830 nm; look-ups interpolate linearly between them. Where efficiencies are smooth
 //! enough, only every second node is solved, and the others follow by cubic interpolation.
 //!
-//! At a point (t, b), t is the bound of the propagating orders' wave numbers along x, and b their Bloch phase. Both are
-//! in units of 2π over the period d. A *cell* has the incident waves at which a given number of orders propagate.
+//! Wave numbers are along x, in units of 2π over the period d. At a point (t, b), the Bloch phase b is the wave number
+//! of one order, from which those of the others differ by whole numbers; t bounds the magnitude of those that
+//! propagate. A *cell* has the incident waves at which a given number of orders propagate.
 
 use super::GratingError;
 use super::order_solver::OrderSolver;
@@ -27,7 +28,7 @@ pub(super) const STEPS_NM: [f64; 4] = [80.0, 40.0, 20.0, 10.0];
 /// Points at which the step is tested: `t` as a fraction of its largest value d/λ, and `b`. Chosen away from
 /// symmetries. Light and the plane across the grooves form the angle arccos of the fraction: about 57° and 34°.
 const TEST_POINTS: [[f64; 2]; 2] = [[0.55, 0.23], [0.83, 0.41]];
-/// Wavelengths in nm at which the step is tested. Chosen across the range to which the eye is most sensitive.
+/// Wavelengths in nm at which the step is tested: spread over the range to which the eye is most sensitive.
 const TEST_NM: [f64; 4] = [430.0, 510.0, 590.0, 690.0];
 /// Weights of linear interpolation halfway between two nodes.
 const LINEAR: [f64; 2] = [0.5, 0.5];
@@ -82,13 +83,13 @@ fn interpolation_error(
             let wavelengths_nm: Vec<f64> = nodes_nm.chain([nm]).collect();
             // A fraction of d/λ at the longest wavelength used, so that ky is real at all of them.
             let t = fraction * 1e3 * period_um / (nm + reach);
-            // With t below b, no order might propagate, hence b below t.
+            // Keeps b below t, so that at least one order propagates: the order whose wave number is b.
             let b = b.min(0.9 * t);
             let solved = solver.efficiencies(t, b, &wavelengths_nm)?;
             let (at_nodes, exact) = (&solved[..weights.len()], &solved[weights.len()]);
             let interpolated =
                 |i: usize| weights.iter().zip(at_nodes).map(|(weight, row)| weight * row[i]).sum::<f64>();
-            // The mean over the pairs of incident and outgoing orders at this point.
+            // The mean square over the pairs of incident and outgoing orders at this point.
             let squares = (0..exact.len()).map(|i| (interpolated(i) - exact[i]).powi(2)).sum::<f64>();
             Ok(squares / exact.len().max(1) as f64)
         })
@@ -148,7 +149,7 @@ pub(super) fn at_all_wavelengths(solved_at: &[usize], solved: Vec<Vec<f64>>) -> 
     let used = solved.len().min(4);
     (0..count)
         .map(|j| {
-            // The first solved wavelength at or above j; two of the four lie below it where two exist.
+            // The first solved wavelength at or above j. Two of the four nearest lie below it, if there are two.
             let above = solved_at.partition_point(|&at| at < j);
             let first = above.saturating_sub(2).min(solved.len() - used);
             let nodes = &abscissas[first..first + used];

@@ -1,13 +1,15 @@
 //! Band means of the ratio R/R0 in a colour lobe (`colour_lobe.rs`), for reliefs of other sizes than the table's. R is
 //! the material's Fresnel reflectance at a wavelength, R0 that of one reference index for all wavelengths.
 //!
-//! A *band* is a channel of linear sRGB: an integral over wavelengths with the channel's weights. The *cosine at a half
-//! vector* is that of the angle between it and either direction.
+//! A *band* is a channel of linear sRGB: an integral over wavelengths with the channel's weights. The *half vector* of
+//! a pair of directions is the unit vector along their sum, the scattering vector. The *cosine at a half vector* is
+//! that of the angle between the half vector and either direction: half the length of the scattering vector. R and R0
+//! depend on this cosine.
 //!
-//! A colour table includes R/R0 at the half vector of the scattering vector at which it is read. For a resized relief
-//! this half vector differs from that of the pair of directions. The lobe therefore multiplies each channel by the
-//! quotient of the band means at both half vectors. The quotient is exact where the power spectrum S is constant over a
-//! band.
+//! A table of colours contains R/R0 at the half vector of the scattering vector at which it is read. For a resized
+//! relief the table is read at another scattering vector than that of the directions. The lobe therefore multiplies
+//! each channel by the band mean of R/R0 at the half vector of the directions, divided by that at the half vector of
+//! the look-up. The quotient is exact where the power spectrum S is constant over a band.
 
 use crate::colour::SpectralToRgb;
 use crate::numeric::Real;
@@ -17,16 +19,17 @@ use serde::{Deserialize, Serialize};
 /// Number of coefficients of a polynomial in the cosine. With this number it follows the ratios of measured metals to
 /// 0.2 %; a larger number costs more per evaluation.
 const COEFFICIENTS: usize = 6;
-/// Step in nm of the mean over a band, the default of [`SpectralToRgb`]. Refractive indices vary little over it.
+/// Step in nm of the mean over a band, the default of [`SpectralToRgb`]. Refractive indices vary little over 5 nm. A
+/// smaller step lengthens the build; a larger one misses the shape of the channels' weights.
 const STEP_NM: f64 = 5.0;
-/// Smallest mean of R/R0. Chosen: it keeps quotients finite where a polynomial comes close to zero; larger values would
-/// change materials that are dark in one band.
+/// Smallest mean of R/R0. Chosen: it keeps quotients finite where a polynomial comes close to zero. Smaller values
+/// allow larger quotients of rounding errors; larger ones would change materials that are dark in one band.
 const MEAN_MIN: f64 = 1e-3;
 
-/// Means of R/R0 over the bands of linear sRGB, as polynomials in the cosine at the half vector.
+/// Means of R/R0 over the bands of linear sRGB, in the form of polynomials in the cosine at the half vector.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BandRatio {
-    /// Coefficients `[band][power]`.
+    /// Coefficients `[band][power of the cosine]`.
     polynomials: [[f64; COEFFICIENTS]; 3],
 }
 
@@ -34,7 +37,7 @@ impl BandRatio {
     /// Means of `ratio`, a function of the wavelength in nm and the cosine at the half vector. `weights` are
     /// [`BandRatio::band_weights`].
     pub(super) fn new(weights: &SpectralToRgb, ratio: impl Fn(f64, f64) -> f64) -> Self {
-        // Chebyshev nodes of [0, 1].
+        // Chebyshev nodes of [0, 1]: a polynomial through values there stays accurate up to both ends.
         let cosines: [f64; COEFFICIENTS] =
             std::array::from_fn(|i| 0.5 - 0.5 * (std::f64::consts::PI * (i as f64 + 0.5) / COEFFICIENTS as f64).cos());
         let white = weights.rgb_of(|_| 1.0);
@@ -53,8 +56,9 @@ impl BandRatio {
         SpectralToRgb::visible(STEP_NM)
     }
 
-    /// Mean at `cosine` over that at `read_cosine`, for red, green and blue. `cosine` is that between a direction and
-    /// the half vector of the pair, `read_cosine` that at the half vector at which the table is read.
+    /// Mean at `cosine`, divided by the mean at `read_cosine`, for red, green and blue. `cosine` is the cosine at the
+    /// half vector of the directions, `read_cosine` that at the half vector at which the table is read. `R` is a type
+    /// of numbers: single ones, SIMD vectors or traced variables (`src/numeric`).
     #[inline(always)]
     pub(super) fn quotients<R: Real>(&self, cosine: R, read_cosine: R) -> [R; 3] {
         let [cosine, read_cosine] = [cosine, read_cosine].map(|cosine| cosine.clip(R::lit(0.0), R::lit(1.0)));

@@ -1,5 +1,7 @@
-//! Evaluation and sampling of a lobe at any number of wavelengths, in plain numbers of double precision. These
-//! functions check directions and, except [`sample_direction`], wavelengths; a [`Lobe`] does not.
+//! Evaluation and sampling of a lobe at any number of wavelengths, in plain numbers of double precision. A [`Lobe`]
+//! itself needs valid arguments; these functions check directions, and all but [`sample_direction`] check wavelengths.
+//!
+//! `wi` and `wo` are unit vectors that point away from the surface, towards the light and the viewer.
 
 use super::mixture::UNIFORM_FRACTION;
 use super::{Lobe, PerWavelength, sample_mixture};
@@ -26,11 +28,12 @@ pub struct Sample {
     pub wo: Vec3,
     /// Density over solid angle in 1/sr, the mean over the wavelengths carried.
     pub pdf: f64,
-    /// Sample weight `f |cosθo| / pdf` at the first of the wavelengths carried.
+    /// Sample weight `f |cosθo| / pdf` at the first of the wavelengths carried, with the reflectance f.
     pub weight: f64,
 }
 
-/// Whether a direction is finite and accepted by the lobe.
+/// Whether a direction is finite, and light may come from or leave along it
+/// ([`Sides::accepts`](super::Sides::accepts)).
 fn accepts<'a>(lobe: &impl PerWavelength<Double<'a>>, w: Vec3) -> bool {
     w.iter().all(|c| c.is_finite()) && lobe.accepts(w)
 }
@@ -40,7 +43,7 @@ fn is_in_domain<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: Vec3, w
     accepts(lobe, wi) && accepts(lobe, wo) && (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm)
 }
 
-/// `f_r` in 1/sr; zero unless [`is_in_domain`].
+/// Reflectance `f_r` in 1/sr; zero unless [`is_in_domain`].
 pub(crate) fn eval<'a>(lobe: &impl PerWavelength<Double<'a>>, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
     if !is_in_domain(lobe, wi, wo, wavelength_nm) {
         return 0.0;
@@ -83,9 +86,10 @@ pub(crate) fn sample<'a>(
 /// A direction from three random numbers in [0, 1). `None` where it falls below the horizon, where `wi` is not finite
 /// or not accepted by the lobe, and without a wavelength.
 ///
-/// The first number chooses the side ([`Sides::choose`](super::Sides::choose)). Then it selects the uniform part of the
-/// lobe's mixture below [`UNIFORM_FRACTION`], and above it one of the wavelengths with equal probabilities. Callers
-/// keep all wavelengths within the range of the tables: draws at others have no part in [`pdf`].
+/// The first number chooses the side ([`Sides::choose`](super::Sides::choose)) and is rescaled to [0, 1). Below
+/// [`UNIFORM_FRACTION`] it then selects a uniform direction, above it one of the wavelengths with equal probabilities.
+/// Callers keep all wavelengths within the range of the tables: [`pdf`] counts others as zero, so samples drawn for
+/// them would be biased.
 pub(crate) fn sample_direction<'a>(
     lobe: &impl PerWavelength<Double<'a>>,
     wi: Vec3,
@@ -99,8 +103,8 @@ pub(crate) fn sample_direction<'a>(
     let chosen = (position as usize).min(wavelengths_nm.len().checked_sub(1)?);
     let fraction = (position - chosen as f64).min(1.0);
     let nm = wavelengths_nm[chosen];
-    // `sample_mixture` divides its first number again, now for one wavelength: into the uniform part below
-    // UNIFORM_FRACTION and the fraction above.
+    // `sample_mixture` is called for one wavelength. It takes a first number below UNIFORM_FRACTION for a uniform
+    // direction, and rescales one above it to [0, 1). So the fraction is mapped to [UNIFORM_FRACTION, 1).
     let rescaled =
         if first < UNIFORM_FRACTION { first } else { UNIFORM_FRACTION + (1.0 - UNIFORM_FRACTION) * fraction };
     let draw = |_choice, u, active| lobe.draw(wi, to_below, nm, u, active);

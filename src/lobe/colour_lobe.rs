@@ -3,16 +3,22 @@
 //! ```text
 //! f_r    = ∫ R·O·M·S/λ² · weight(λ) dλ = R0·O·M·F     before the division by max(1, A(wi), A(wo))
 //! F(q)   = ∫ (R/R0)·S/λ² · weight(λ) dλ               table of colours over the scattering vector q = wi + wo
-//! R, R0  reflectance of the material at λ, and that of one index for all λ, the reference
+//! λ      wavelength
+//! R, R0  Fresnel reflectance of the material at λ, and that of one refractive index for all λ, the reference
+//! O, M   obliquity factor and shadowing factor of the pair of directions
+//! S      power spectrum of the relief
 //! weight weights of linear sRGB's three channels at λ; a channel's weights over all λ are its *band*
 //! A      divisor of a direction that conserves energy (`src/energy`), one for each channel
 //! ```
 //!
-//! A relief whose pattern is s times and whose heights are d times those of the table reads `s² F(s u, s v, d w)`
-//! (`scattering/size.rs`) with q = (u, v, w): F is an integral over wavelength, and resizing does not mix wavelengths.
-//! R/R0 then belongs to another half vector, which `band_ratio.rs` corrects.
+//! For a relief whose pattern is s times as wide and whose heights are d times those of the table, F is
+//! `s² F(s u, s v, d w)` with q = (u, v, w) (`scattering/size.rs`): F is an integral over wavelength, and resizing
+//! does not mix wavelengths. R/R0 is then that of another half vector than that of wi and wo, which `band_ratio.rs`
+//! corrects.
 //!
-//! O, M and S are those of docs/model.md#the-reflectance. The small-slope factor Q of the reference replaces R0·O.
+//! O, M and S are those of docs/model.md#the-reflectance. The small-slope factor Q of the reference, if chosen,
+//! replaces R0·O. `N` is a family of numbers (`src/numeric`): an `N::Real` is one number, a SIMD vector or a traced
+//! variable, and `lit` makes a constant.
 
 use super::{BandRatio, Gamut, InColour, Sides, are_above};
 use crate::colour_table::{ColourView, SUM_SQUARED_MAX};
@@ -22,14 +28,14 @@ use crate::sampling::ColourSamplerView;
 use crate::scattering::{ComplexIndex, Obliquity, RelativeSize, Scattering};
 use std::array;
 
-/// Factors that a lobe multiplies the table's colours by, and the treatment of negative channels.
+/// Choice of the factors by which a lobe multiplies the table's colours, and the treatment of negative channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColourFactors {
     /// Refractive index of the reference; `None` leaves the interface's factor (R0 or Q) out.
     pub reference: Option<ComplexIndex>,
     /// The obliquity factor.
     pub obliquity: Obliquity,
-    /// Whether the V-cavity factor M of shadowing applies.
+    /// Whether the factor M of shadowing by V-shaped grooves applies.
     pub shadowing: bool,
     /// Band means of R/R0 for resized reliefs; `None` if the ratio is 1.
     pub ratio: Option<BandRatio>,
@@ -47,7 +53,7 @@ pub struct ColourLobe<N: Numbers> {
     pub sampler: ColourSamplerView<N>,
     /// Divisors of the reflectance; `None` where nothing is divided.
     pub albedo: Option<AlbedoView<N>>,
-    /// Size of the relief at the shaded point; `None` for that of the tables. The sampler holds a copy.
+    /// Size of the relief at the shaded point; `None` for that of the tables. The sampler holds the same size.
     pub size: Option<RelativeSize<N::Real>>,
 }
 
@@ -64,7 +70,7 @@ impl<N: Numbers> InColour<N> for ColourLobe<N> {
         let lit = N::Real::lit;
         let ColourFactors { reference, obliquity, shadowing, ratio, .. } = self.factors;
         let scattering = Scattering::<N>::reflection(wi, wo, obliquity, shadowing);
-        // No pair of unit vectors has a longer sum; the comparison is false for NaN.
+        // Two unit vectors have no longer sum. The comparison excludes NaN, for which it is false.
         let active = active & are_above::<N>(wi, wo) & scattering.length_squared().le(lit(SUM_SQUARED_MAX.into()));
         let [u, v, w] = scattering.q;
         // Factor on all channels, and factors on each.

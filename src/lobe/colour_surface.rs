@@ -1,9 +1,10 @@
 //! A surface in linear sRGB: its tables and their build.
 //!
-//! The reflectance R of the material depends on the wavelength, so it belongs in the integral over wavelength: the
-//! colour of a rainbow on gold is not the product of two colours. The table integrates the ratio R/R0, where R0 is the
-//! reflectance of one index for all wavelengths, the *reference*. The lobe multiplies by R0 exactly
-//! (`colour_lobe.rs`). The ratio is 1 for a constant index, and smooth up to grazing incidence for other indices.
+//! The Fresnel reflectance R of the material depends on the wavelength, so it belongs in the integral over wavelength:
+//! the colour of a rainbow on gold is not the product of two colours. The table of colours therefore contains the
+//! ratio R/R0, where R0 is the reflectance of one refractive index for all wavelengths, the *reference*. The lobe
+//! multiplies by R0 of the pair of directions (`colour_lobe.rs`), without a table. The ratio is 1 for a constant
+//! index, and smooth up to grazing incidence for other indices, so it is tabulated accurately.
 
 use super::colour_lobe::{ColourFactors, ColourLobe};
 use super::surface::albedos;
@@ -20,11 +21,11 @@ use crate::scattering::{
 use crate::table::Progress;
 use serde::{Deserialize, Serialize};
 
-/// Progress of a build at the end of the colour table. Chosen roughly as the table's fraction of the build time; for
-/// display only.
+/// Progress of a build, from 0 to 1, at the end of the colour table. Chosen: roughly the table's fraction of the build
+/// time. It affects the display of progress only.
 const TABLE_DONE: f64 = 0.8;
-/// First and last wavelength in nm at which the index may become the reference. Chosen as the range in which light is
-/// clearly visible.
+/// First and last wavelength in nm whose index may become the reference. Chosen: light is clearly visible in this
+/// range. A wider range could take the reference from wavelengths that hardly affect colours.
 const REFERENCE_NM: (u32, u32) = (400, 700);
 
 /// A diffracting surface in linear sRGB, from tables.
@@ -118,8 +119,8 @@ impl ColourSurface {
         let (albedo_table, _) = albedos(field, &spectral, options, &albedo_progress)?;
         // Frees the memory before the sampler is built.
         drop(spectral);
-        // Only for a resized relief is the table read at another half vector than that of the directions, which
-        // `BandRatio` corrects. Only an index that varies over wavelengths has a ratio other than 1.
+        // For a resized relief the table is read at another half vector than that of the directions, which `BandRatio`
+        // corrects. A constant index has the ratio 1, which needs no correction.
         let ratio = match (index, options.sizes) {
             (Some(SpectralIndex::Sampled(_)), Some(_)) => Some(BandRatio::new(&BandRatio::band_weights()?, ratio_at)),
             _ => None,
@@ -226,9 +227,9 @@ impl ColourSurface {
 }
 
 /// Builds the sampler. Directions are sampled in proportion to R0·F, the table's colour times the reference's
-/// reflectance. Stam's obliquity factor is `(q²/w)²` times a factor of the two cosines; q = wi + wo = (u, v, w).
-/// The sampler's weights include `(q²/w)²` (src/sampling/colour.rs). Samplers replace the small-slope factor by that of
-/// Stam or by 1 ([`Options::sampling_obliquity`]).
+/// reflectance. With Stam's obliquity factor they are also sampled in proportion to `(|q|²/w)²`, its part that depends
+/// on the scattering vector `q = wi + wo = (u, v, w)` alone (src/sampling/colour.rs). Samplers replace the small-slope
+/// factor by Stam's factor or by 1 ([`Options::sampling_obliquity`]).
 fn build_sampler(table: &ColourTable, options: &Options, reference: Option<ComplexIndex>) -> ColourSampler {
     let view = table.view::<f32>();
     let is_stam = options.sampling_obliquity() == Obliquity::Stam;
@@ -259,8 +260,8 @@ fn reflectance_ratio(
     }
 }
 
-/// Reference of a spectral index: its value at the wavelength of largest reflectance at normal incidence, among those
-/// of [`REFERENCE_NM`]. At these R/R0 is then at most 1 at normal incidence.
+/// Reference of a spectral index: its value at the wavelength within [`REFERENCE_NM`] at which the reflectance at
+/// normal incidence is largest. So R/R0 is at most 1 at normal incidence, at the wavelengths of that range.
 fn reference_index(index: &SpectralIndex) -> ComplexIndex {
     let at_normal = |index: &ComplexIndex| fresnel_unpolarised(1.0, *index);
     let first = index.at(f64::from(REFERENCE_NM.0));

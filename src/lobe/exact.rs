@@ -2,26 +2,27 @@
 //!
 //! | symbol | meaning |
 //! | --- | --- |
-//! | h | height in µm |
-//! | κ | phase rate in rad/µm |
+//! | h | height in µm; the phase screen is `exp(iκh)` |
+//! | κ | phase rate in rad per µm of height |
 //! | f | spatial frequency in cycles/µm |
-//! | S(f; κ) | power density in µm² |
+//! | S(f; κ) | power spectrum in µm², a density over f |
 //! | s | standard deviation of the coherence window in µm, a quarter of the coherence length |
-//! | c_j, f_j | amplitude and frequency of order j of a periodic tile |
+//! | c_j, f_j | amplitude and frequency of order j of a tile that repeats |
 //! | p | pixel area in µm² |
-//! | t | taper of an aperiodic scan (a Tukey window) |
+//! | t | taper of an aperiodic scan (a Tukey window), between 0 and 1 |
 //! | x | position of a pixel in µm, from the middle of the scan |
 //! | A(r) | autocorrelation of `t exp(iκh)` at the lag r in µm |
 //!
-//! S for each model and tiling:
+//! S for each coherence model (docs/model.md#coherence) and tiling: the *ensemble* is the mean over all positions of
+//! the coherence window, a *patch* has one fixed position; a *periodic* tile repeats, an *aperiodic* scan does not.
 //!
 //! - ensemble, periodic: `4πs² Σ_j |c_j|² exp(−4π²s²|f − f_j|²)`;
 //! - patch, periodic: `4πs² |Σ_j c_j exp(−2π²s²|f − f_j|²)|²`;
 //! - ensemble, aperiodic: `p Σ_r A(r)/A(0) exp(−|r|²/(4s²)) exp(2πi f·r)`;
 //! - patch, aperiodic: `p |Σ_x t g exp(iκh) exp(2πi f·x)|² / Σ_x (t g)²`, with `g = exp(−|x|²/(2s²))`.
 //!
-//! Every sum is over *summands*, which depend on κ only, times *weights*, which depend on f. Each weight is the product
-//! of a factor along x and a factor along y.
+//! Every sum is over products of a *summand*, which depends on κ only, and a *weight*, which depends on f. Each weight
+//! is the product of a factor along x and a factor along y.
 
 use super::transmissive::value_at_body;
 use crate::energy::AlbedoTable;
@@ -33,7 +34,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, Mutex};
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Reflectance by the direct sum of docs/model.md#the-reflectance, without tables. No Gaussian is truncated.
+/// Reflectance by the direct sums at the head of this file, without tables. No Gaussian is truncated.
 ///
 /// A periodic tile is summed over all its orders. An aperiodic scan is summed over the lags of its autocorrelation
 /// (ensemble) or over its pixels (patch). One evaluation costs a Fourier transform of the tile and a sum over it.
@@ -137,16 +138,17 @@ impl Exact {
         density.max(0.0)
     }
 
-    /// Summands at one κ: `|c_j|²`, `c_j`, `A(r)` times a constant, or `exp(iκh)`, in the order of the list of S at the
-    /// head of this file. Row-major `[iy][ix]`. Orders and lags are in FFT order, pixels in the order of the scan.
+    /// Summands at one κ, row-major `[iy][ix]`: `|c_j|²` or `c_j` for a periodic tile, and `A(r)` times a constant or
+    /// `exp(iκh)` for a scan (ensemble or patch). Orders and lags are in FFT order: from 0 upwards, then the negative
+    /// ones. Pixels are in the order of the scan.
     fn summands(&self, kappa: f64) -> Arc<Vec<Complex64>> {
-        // The remembered pair is consistent even if another thread panicked with the lock held.
+        // A poisoned lock is used all the same: a thread that panics with the lock held leaves the pair consistent.
         let lock = || self.last.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         if let Some((_, summands)) = lock().as_ref().filter(|(last_kappa, _)| *last_kappa == kappa) {
             return summands.clone();
         }
-        // Not locked during the transform. A thread of rayon that waits in it may run another evaluation, which would
-        // then wait for the lock of its own thread.
+        // Not locked during the transform, which uses rayon. A thread that waits there may run another evaluation,
+        // which would then wait for a lock that its own thread holds.
         let summands = Arc::new(match (self.options.model, &self.tapers) {
             (Model::Ensemble, None) => {
                 self.transform.amplitudes(kappa).into_iter().map(|c| c.norm_sqr().into()).collect()
@@ -165,8 +167,8 @@ impl Exact {
 /// Gaussian weights of all `n` orders along one axis at the frequency `f` in cycles/µm, in FFT order. `gaussian` takes
 /// the distance from f to the order's frequency in cycles/µm.
 ///
-/// The Nyquist bin of an even `n` stands for the orders n/2 and −n/2, which share its power equally. `nyquist` is the
-/// factor on the weight of each: ½ for powers, √½ for amplitudes.
+/// The Nyquist bin of an even `n` stands for the orders n/2 and −n/2, which share its power equally. `nyquist` is
+/// the factor on the weight of each: ½ for powers, √½ for amplitudes.
 fn order_weights(n: usize, extent_um: f64, f: f64, nyquist: f64, gaussian: impl Fn(f64) -> f64) -> Vec<Complex64> {
     (0..n as i64)
         .map(|i| {

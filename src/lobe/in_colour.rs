@@ -1,5 +1,8 @@
 //! Lobes in linear sRGB: treatment of colours outside its gamut, and the mixture of a lobe's own sampler with uniform
 //! directions (`mixture.rs`), written once for all lobes.
+//!
+//! Directions are unit vectors away from the relief: z > 0 above it, z < 0 below it. `N` is a family of numbers
+//! (`src/numeric`): an `N::Real` is one number, a SIMD vector or a traced variable.
 
 use super::{LinearSrgb, Lobe, Sides, mixture_density, sample_mixture};
 use crate::numeric::{Number, Numbers, Real};
@@ -19,12 +22,12 @@ pub(crate) trait InColour<N: Numbers>: Sides<N> {
     /// Ignored where the mask is false. The mask is true only where the lobe accepts both directions.
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real;
 
-    /// A direction from three random numbers in [0, 1); the zero vector where it falls below the horizon. Samplers that
-    /// need two random numbers ignore the first.
+    /// A direction from three random numbers in [0, 1); the zero vector where the drawn wave vector belongs to no
+    /// direction. Samplers that need two random numbers ignore the first.
     ///
-    /// The result lies above the relief, and the caller mirrors it to below where `to_below` is true. A grating that
-    /// transmits decides on the side itself, and its result lies on that side. Its `to_below` is true only for uniform
-    /// directions, which replace the draw.
+    /// The result lies above the relief, and the caller mirrors it to below where `to_below` is true. Only gratings by
+    /// Maxwell's equations that transmit differ: `draw` itself decides on the side, and the result lies on that side.
+    /// For them `to_below` is true only where a uniform direction replaces the draw.
     fn draw(&self, wi: [N::Real; 3], to_below: N::Mask, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 
@@ -75,7 +78,7 @@ fn desaturated<R: Real>(colour: [R; 3]) -> [R; 3] {
     let grey = luminance(colour).max(zero);
     let least = colour[0].min(colour[1]).min(colour[2]);
     let is_outside = least.lt(zero);
-    // Takes the least channel to zero: grey + saturation·(least − grey) = 0.
+    // The saturation that takes the least channel to zero: grey + saturation·(least − grey) = 0.
     let saturation = grey / (grey - least);
     // Rounding may leave a channel just below zero.
     colour.map(|channel| R::select(is_outside, (channel - grey).fma(saturation, grey).max(zero), channel))

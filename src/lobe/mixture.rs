@@ -2,17 +2,20 @@
 //! direction of the hemisphere. The uniform part bounds sample weights where the lobe's own density is too small.
 //!
 //! The first random number of a sample serves several decisions. Below [`UNIFORM_FRACTION`] the direction is uniform.
-//! The rest of [0, 1) is divided equally among the wavelengths. The lobe's own sampler gets the position within a
-//! wavelength's part, rescaled to [0, 1).
+//! The rest of [0, 1) is divided into equal parts, one for each wavelength that the ray carries. The position of the
+//! random number within its part, rescaled to [0, 1), is the first random number of the lobe's own sampler.
 //!
 //! [`Sides`] says on which sides of the relief a lobe has light, and draws the side to which a sample leaves.
+//!
+//! Directions are unit vectors away from the relief, with z > 0 above it. `N` is a family of numbers (`src/numeric`):
+//! an `N::Real` is one number, a SIMD vector or a traced variable, and `lit` makes a constant.
 
 use crate::numeric::math::{SQUARE_PDF, square_to_hemisphere};
 use crate::numeric::{Number, Numbers, Real};
 use std::array;
 
 /// Fraction of samples drawn uniformly over the hemisphere ([`square_to_hemisphere`]). Chosen: larger fractions lower
-/// the bound of sample weights, but waste more samples.
+/// the bound of sample weights, but waste more samples; smaller ones do the opposite.
 pub const UNIFORM_FRACTION: f64 = 0.02;
 
 /// Density of the mixture in 1/sr, from the lobe's own density at each of the `L` wavelengths carried. Zero where the
@@ -21,19 +24,19 @@ pub const UNIFORM_FRACTION: f64 = 0.02;
 pub(crate) fn mixture_density<N: Numbers, const L: usize>(own: [N::Real; L], active: N::Mask) -> N::Real {
     let lit = N::Real::lit;
     let sum = own.into_iter().fold(lit(0.0), |sum, density| sum + density);
-    // (1 − UNIFORM_FRACTION)·mean + UNIFORM_FRACTION·SQUARE_PDF, where SQUARE_PDF is the density in 1/sr of the uniform
-    // directions.
+    // (1 − UNIFORM_FRACTION)·mean + UNIFORM_FRACTION·SQUARE_PDF, where SQUARE_PDF is the density of uniform directions
+    // in 1/sr.
     let density = sum.fma(lit((1.0 - UNIFORM_FRACTION) / L as f64), lit(UNIFORM_FRACTION * SQUARE_PDF));
     N::Real::select(active, density, lit(0.0))
 }
 
 /// A direction from the mixture, for `L` wavelengths and three random numbers `u` in [0, 1). The zero vector where the
 /// mask is false, and where a draw falls below the horizon or outside the disc of [`square_to_hemisphere`]. Uniform
-/// directions lie above the relief; callers mirror those of samples that leave below.
+/// directions lie above the relief; callers mirror them for samples that leave below.
 ///
 /// `draw(choice, u, active)` is the lobe's own sampler. The whole part of `choice` is the index of the chosen
-/// wavelength. Its `u` are three random numbers in [0, 1), independent of the choice. By rounding `choice` may be L,
-/// which stands for the last wavelength, and the first of its `u` may be 1.
+/// wavelength. The argument `u` is three random numbers in [0, 1), independent of the choice. By rounding `choice` may
+/// be L, which stands for the last wavelength, and `u[0]` may be 1.
 #[inline(always)]
 pub(crate) fn sample_mixture<N: Numbers, const L: usize>(
     u: [N::Real; 3],
@@ -66,7 +69,8 @@ pub(crate) fn are_above<N: Numbers>(wi: [N::Real; 3], wo: [N::Real; 3]) -> N::Ma
     is_above::<N>(wi) & is_above::<N>(wo)
 }
 
-/// Sides of the relief on which a lobe has light. The provided methods are those of a lobe that reflects from above.
+/// Sides of the relief on which a lobe has light. The provided methods are those of a lobe that only reflects, and only
+/// light from above.
 pub(crate) trait Sides<N: Numbers> {
     /// Whether light may come from, or leave along, a direction.
     #[inline(always)]

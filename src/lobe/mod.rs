@@ -1,7 +1,7 @@
 //! Lobes: the diffracted light's reflectance `f_r` between two directions, its sampling density, and samples.
 //!
 //! `f_r` is in 1/sr and leaves out the cosine (docs/model.md#the-reflectance). Where energy is conserved it is divided
-//! by albedos (`energy`). Six lobes implement [`Lobe`]:
+//! by albedos (`src/energy`). Six lobes implement [`Lobe`]:
 //!
 //! | lobe | surface that builds it | spectral content | body below the relief |
 //! | --- | --- | --- | --- |
@@ -12,9 +12,12 @@
 //! | `GratingLobe` (src/grating/) | `GratingSurface` | wavelengths in nm | either |
 //! | `GratingColourLobe` (src/grating/) | `GratingColourSurface` | linear sRGB | either |
 //!
-//! Each lobe is written once for scalars, SIMD lanes and variables of a recorded program ([`crate::numeric`]). It
-//! implements `PerWavelength` or `InColour`, which give it the trait [`Lobe`]. [`Exact`] is the reference for the
-//! first two lobes: the direct sum in double precision.
+//! Scalar theory has the first four lobes; the last two are of gratings by Maxwell's equations.
+//!
+//! Each lobe is written once for a family of numbers `N` ([`crate::numeric`]): an `N::Real` is one number, a SIMD
+//! vector, or a traced variable of the Mitsuba plugin. A lobe implements `PerWavelength` or `InColour`, which give it
+//! the trait [`Lobe`]. [`Exact`] is the reference for the lobes at wavelengths of scalar theory: the direct sum in
+//! double precision.
 
 mod band_ratio;
 mod by_value;
@@ -74,8 +77,8 @@ pub trait Lobe<N: Numbers, C: Copy> {
     type Value;
 
     /// `f_r` in 1/sr between two directions, without the cosine. [`SpectralLobe`], and [`ColourLobe`] without a
-    /// refractive index, also leave out the interface's factor, by which callers multiply
-    /// ([`Pair::interface`](crate::scattering::Pair::interface)).
+    /// refractive index, also leave out the interface's factor: the Fresnel reflectance or the small-slope factor.
+    /// Callers multiply by it ([`Pair::interface`](crate::scattering::Pair::interface)).
     fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], carried: C, active: N::Mask) -> Self::Value;
 
     /// Density of [`Lobe::sample`] over solid angle, in 1/sr; with wavelengths, the mean over them.
@@ -87,9 +90,10 @@ pub trait Lobe<N: Numbers, C: Copy> {
         (self.eval(wi, wo, carried, active), self.pdf(wi, wo, carried, active))
     }
 
-    /// A direction `wo` from three random numbers in [0, 1); the zero vector where the wave drawn lies beyond the
-    /// horizon. The first number makes all discrete choices: the side of a transparent body, a uniform direction or one
-    /// of the lobe's own, a wavelength, and the order of a grating. The others yield the direction.
+    /// A direction `wo` from three random numbers in [0, 1); the zero vector where the drawn wave vector is longer
+    /// along the surface than that of any direction. The first number makes the discrete choices: the side of a
+    /// transparent body, a uniform direction or one of the lobe's own, a wavelength, and the order of a grating by
+    /// Maxwell's equations. The others yield the direction.
     fn sample(&self, wi: [N::Real; 3], carried: C, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 

@@ -1,7 +1,10 @@
 //! The lobe of scalar theory at wavelengths: `O·M·S(f; κ)/λ²`, divided by the albedo where energy is conserved. O is
-//! the obliquity factor, M the V-cavity factor of shadowing, and S the power spectrum at the frequency f in cycles/µm
-//! and the phase rate κ in rad/µm (docs/model.md#the-reflectance). The lobe leaves out the interface's factor: the
-//! Fresnel reflectance R, or the small-slope factor Q.
+//! the obliquity factor, M the factor of shadowing by V-shaped grooves, λ the wavelength, and S the relief's power
+//! spectrum in µm² at the frequency f in cycles/µm and the phase rate κ in rad per µm of height
+//! (docs/model.md#the-reflectance). The lobe leaves out the interface's factor: the Fresnel reflectance R, or the
+//! small-slope factor Q.
+//!
+//! `N` is a family of numbers (`src/numeric`): an `N::Real` is one number, a SIMD vector or a traced variable.
 
 use super::{PerWavelength, Sides};
 use crate::energy::{AlbedoLayout, AlbedoView, GridPlace};
@@ -22,14 +25,14 @@ pub struct SpectralLayout {
     pub albedo: Option<AlbedoLayout>,
     /// The obliquity factor.
     pub obliquity: Obliquity,
-    /// Whether the V-cavity factor M applies.
+    /// Whether the factor M of shadowing applies.
     pub shadowing: bool,
 }
 
 impl SpectralLayout {
-    /// Whether the coherence window of a resized relief keeps its width, as a window in space does. The sampler and the
-    /// table can follow only if both hold separate orders, whose kernel is a Gaussian. Elsewhere the window is resized
-    /// with the pattern.
+    /// Whether the coherence window keeps its width where the relief is resized, as coherence of real light does.
+    /// Sampler and table can narrow orders accordingly ([`Reading::order_width_factor`]) only if both treat each order
+    /// as a Gaussian of its own. Elsewhere the window is resized with the pattern.
     pub fn keeps_window(&self) -> bool {
         let is_order = |kernel| matches!(kernel, InterpolationKernel::Gaussian { .. });
         matches!(self.sampler, SamplerLayout::Orders(_)) && self.table.kernel.into_iter().all(is_order)
@@ -77,7 +80,8 @@ impl<N: Numbers> SpectralLobe<'_, N> {
         self.layout.albedo.map(|layout| AlbedoView { layout, words: self.words[2] })
     }
 
-    /// Wavelengths and window with which the tables are read for the relief's size, for light of a wavelength in nm.
+    /// Wavelengths and width of orders with which the tables are read, for the relief's size and light of a wavelength
+    /// in nm.
     #[inline(always)]
     pub(super) fn reading(&self, nm: N::Real) -> Reading<N> {
         Reading::resized(nm, self.size, self.layout.keeps_window())
@@ -104,8 +108,8 @@ impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
     fn value(&self, pair: &Directions<N>, nm: N::Real, active: N::Mask) -> N::Real {
         let reading = self.reading(nm);
         let (frequency, kappa) = pair.scattering.at(&reading);
-        let power_um2 = self.table().density_of(frequency, kappa, reading.window, active);
-        let undivided = pair.scattering.factor * power_um2 / reading.squared_um();
+        let power_um2 = self.table().density_of(frequency, kappa, reading.order_width_factor, active);
+        let undivided = pair.scattering.factor * power_um2 / reading.divisor_um2();
         let value = match &pair.albedo {
             None => undivided,
             Some((albedo, [at_wi, at_wo])) => undivided * albedo.factor_at(at_wi, at_wo, &reading, active),

@@ -1,8 +1,13 @@
 //! A surface at wavelengths: the tables of its power spectrum, its sampler and its albedos.
 //!
 //! [`Surface`] builds the tables from a height field, owns them, and evaluates them in double precision. Renderers
-//! read the same tables through its lobes ([`Surface::lobe`], [`Surface::transmissive_lobe`]), which are generic over
-//! the numbers.
+//! read the same tables through lobes ([`Surface::lobe`], [`Surface::transmissive_lobe`]), which are generic over the
+//! type of numbers: single ones, SIMD vectors or traced variables (`src/numeric`).
+//!
+//! The power spectrum `S(f; κ)` depends on the spatial frequency f and the phase rate κ of a pair of directions
+//! (docs/model.md#the-reflectance). The *albedo* of a direction is the reflected fraction of the light from it. A
+//! *patch* is the model with one coherence window at a fixed position, the *ensemble* the mean over all positions
+//! (docs/model.md#coherence).
 
 use super::spectral::{SpectralLayout, SpectralLobe};
 use super::{Answer, Sample, TransmissiveLobe};
@@ -59,8 +64,8 @@ pub struct SurfaceReport {
     pub build_seconds: f64,
 }
 
-/// Calls a function of `by_value.rs` with the lobe of the surface's transparent body, or without a body with the
-/// surface's own lobe. A macro, since the two lobes have different types.
+/// Calls a function of `by_value.rs` with the lobe of the surface: that of its transparent body, or without a body the
+/// lobe that only reflects. A macro, since the two lobes have different types.
 macro_rules! by_kind {
     ($surface:ident, $function:ident, $($argument:ident),+) => {
         match $surface.transmissive_lobe::<f64>() {
@@ -92,7 +97,7 @@ impl Surface {
         TableError::unless_in("tolerance", options.tolerance, TOLERANCE, "1e-6 to 0.1")?;
         options.demand(field).check(options.build_limit)?;
         let (table_progress, albedo_progress) = progress.halves();
-        // The table as the sampler and the albedos integrate it, and packed as lobes evaluate it.
+        // `table` has one record per node, for the build of sampler and albedos; `packed` is the form for look-ups.
         let Built { table, packed, report: table_report } = build_table(field, options, &table_progress)?;
         let sampler = Sampler::new(&table, options);
         let (albedo_table, energy) = albedos(field, &table, options, &albedo_progress)?;
@@ -223,8 +228,8 @@ impl Surface {
         by_kind!(self, sample_direction, wi, wavelengths_nm, u)
     }
 
-    /// Albedo `∫ f_r cosθo dωo` over the upper hemisphere, after the division that conserves energy, by an integral
-    /// over the nodes of the table. It errs by 0.2 %, and by 1 % on a relief one pixel wide. The small-slope factor is
+    /// Albedo `∫ f_r cosθo dωo` over the upper hemisphere, after the division that conserves energy. The integral is a
+    /// sum over the nodes of the table, and errs by 0.2 %, or 1 % on a relief one pixel wide. The small-slope factor is
     /// included, the Fresnel reflectance is not. `None` for a patch and for a transparent body.
     pub fn albedo(&self, wi: Vec3, wavelength_nm: f64) -> Option<f64> {
         if self.options.body.is_some() {
@@ -237,11 +242,11 @@ impl Surface {
     }
 }
 
-/// Albedo table of a surface with the spectral table `table`, and its report. The table is `None` where nothing is
-/// divided. Both are `None` where energy is not conserved; a transparent body has no report.
+/// Albedo table of a surface with the spectral table `table`, and a report on it. Both are `None` where energy is not
+/// conserved. The table is also `None` where every divisor is 1. A transparent body has no report.
 ///
 /// # Errors
-/// The errors of the ensemble's spectral table, which is built for a patch.
+/// The errors of building a spectral table: a patch needs a second one, that of its ensemble.
 pub(super) fn albedos(
     field: &HeightField,
     table: &SpectralTable,
@@ -257,7 +262,7 @@ pub(super) fn albedos(
     };
     let (albedos, report) = match options.model {
         Model::Ensemble => of_ensemble(table, progress),
-        // A patch is one member of the ensemble, and takes the ensemble's albedo.
+        // A patch is divided by the albedo of its ensemble, the mean over all patches.
         Model::Patch => {
             let ensemble = Options { model: Model::Ensemble, ..options.clone() };
             let (table_progress, albedo_progress) = progress.halves();

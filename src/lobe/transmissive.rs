@@ -6,16 +6,22 @@
 //! ```text
 //! f_s = factor · S(f; κ)/λ² / A
 //!
-//! factor   small-slope factor F, times the ratio of d²Ko/n² to cosθo dωo, with Ko the outgoing tangential wave vector
-//!          over the wave number in vacuum (`TransparentPair::factor`)
-//! S(f; κ)  power spectrum in µm², at the frequency f in cycles/µm and the phase rate κ in rad/µm, of the relief
-//!          magnified n times in pattern and heights; n is the body's index
+//! n        refractive index of the body
+//! λ        wavelength in vacuum
+//! Ko       tangential part of the outgoing wave vector, in units of 2π/λ
+//! factor   small-slope factor F, times (d²Ko/n²)/(cosθo dωo), which turns a density over Ko into one over solid angle
+//!          (`TransparentPair::factor`)
+//! S(f; κ)  power spectrum in µm², at the frequency f in cycles/µm and the phase rate κ in rad per µm of height, of the
+//!          relief magnified n times in pattern and heights
 //! A        the larger of 1 and the albedos of wi and wo; 1 without a table of albedos
 //! ```
 //!
 //! Directions are unit vectors that point away from the relief on either side of it: above into air; below into the
 //! medium of an interface, or into the air behind a film. Wave vectors "over n" are in units of the wave number in the
 //! medium: their length is 1 in the medium and 1/n in air. Further symbols are those of `scattering/transparent.rs`.
+//!
+//! `N` is a family of numbers (`src/numeric`): an `N::Real` is one number, a SIMD vector or a traced variable, and
+//! `lit` makes a constant.
 
 use super::colour_lobe::ColourLobe;
 use super::spectral::SpectralLobe;
@@ -56,12 +62,13 @@ pub(crate) struct BodyDirections<N: Numbers> {
     wo: BodyWave<N>,
     /// Scattering vector and small-slope factor of the pair.
     pair: TransparentPair<N>,
-    /// The incident direction and the side of wo, as samplers take them.
+    /// The incident direction and the side of wo, in the form that samplers take.
     passage: Passage<N>,
     /// Outgoing tangential wave vector over n, times [`Passage::turn`], which is −1 where the power spectrum is read at
-    /// the opposite frequency, else 1. In double precision, as frequencies are.
+    /// the opposite frequency, else 1. In double precision, since frequencies follow from it.
     outgoing: [N::Double; 2],
-    /// Ratio of a density over solid angle to that over tangential wave vectors over n.
+    /// Tangential area of outgoing wave vectors over n, per solid angle: factor from a density over that area to a
+    /// density over solid angle.
     per_solid_angle: N::Real,
 }
 
@@ -114,7 +121,7 @@ pub(super) fn value_at_body(
         let [at_wi, at_wo] = directions.places(&view);
         view.factor_at(&at_wi, &at_wo, &reading, true)
     });
-    directions.pair.factor() * per_albedo * spectrum(f, kappa) / reading.squared_um()
+    directions.pair.factor() * per_albedo * spectrum(f, kappa) / reading.divisor_um2()
 }
 
 /// Scattering function of a transparent body in linear sRGB in 1/sr, from the colour table of the magnified relief and
@@ -157,7 +164,7 @@ impl<N: Numbers> Sides<N> for TransparentBody {
         let reflected = reflected_probability(&incident);
         let is_reflected = u[0].lt(reflected);
         let to_below = (incident.is_below & is_reflected) | (!incident.is_below & !is_reflected);
-        // Given the side, u[0] is uniform in a part of [0, 1). Rescaled to all of it, it serves the next choice.
+        // On either side u[0] is uniform in a part of [0, 1). Rescaled to [0, 1), it serves the next choice.
         let rescaled = N::Real::select(is_reflected, u[0] / reflected, (u[0] - reflected) / (one - reflected));
         (to_below, [rescaled.clip(zero, N::Real::lit(BELOW_ONE)), u[1], u[2]])
     }
@@ -201,11 +208,11 @@ macro_rules! sides_of_the_body {
 sides_of_the_body!(TransmissiveLobe<'_, N>);
 sides_of_the_body!(TransmissiveColourLobe<N>);
 
-/// The direction of a drawn wave vector; the zero vector where it lies beyond the horizon. It points upwards on either
-/// side of the relief, since callers flip the directions of samples below.
+/// The direction of a drawn wave vector; the zero vector where the wave vector lies beyond the horizon. The direction
+/// points upwards on either side of the relief, since callers flip the directions of samples below.
 ///
-/// `draw_tangential` draws the tangential part over n, times [`Passage::turn`]; its mask is false where nothing is
-/// scattered.
+/// `draw_tangential` draws the tangential part of the wave vector over n, times [`Passage::turn`]; its mask is false
+/// where nothing is scattered.
 #[inline(always)]
 fn draw<N: Numbers>(
     body: TransparentBody,
@@ -215,8 +222,8 @@ fn draw<N: Numbers>(
 ) -> [N::Real; 3] {
     let passage = Passage::at_body(body, &body.wave::<N>(wi), to_below);
     let (drawn, is_drawn) = draw_tangential(&passage);
-    // From wave vectors over n to directions: below an interface both are equal; in air wave vectors have the length
-    // 1/n.
+    // Factor from wave vectors over n to directions: 1 below an interface, n in air, where wave vectors over n have the
+    // length 1/n.
     let eta = N::Real::lit(body.eta);
     let scale = if body.is_film { eta } else { N::Real::select(to_below, N::Real::lit(1.0), eta) };
     direction_above::<N>(drawn.map(|k| k * passage.turn * scale), is_drawn)
@@ -234,8 +241,8 @@ impl<N: Numbers> PerWavelength<N> for TransmissiveLobe<'_, N> {
     fn value(&self, directions: &BodyDirections<N>, nm: N::Real, active: N::Mask) -> N::Real {
         let reading = self.relief.reading(nm);
         let (frequency, kappa) = directions.pair.at(&reading);
-        let spectrum = self.relief.table().density_of(frequency, kappa, reading.window, active);
-        let undivided = directions.pair.factor() * spectrum / reading.squared_um();
+        let spectrum = self.relief.table().density_of(frequency, kappa, reading.order_width_factor, active);
+        let undivided = directions.pair.factor() * spectrum / reading.divisor_um2();
         let value = match self.relief.albedo() {
             None => undivided,
             Some(albedo) => {

@@ -1,8 +1,9 @@
-// Divisors A of the reflectance by the albedo, for conserving_table.wgsl and film.wgsl; compiled after common.wgsl
-// (DIVISOR_MIN) and table.wgsl (table). Counterpart of `AlbedoView` in src/energy, with the same arithmetic.
+// Divisors A of the reflectance, for conserving_table.wgsl and film.wgsl; compiled after common.wgsl (DIVISOR_MIN) and
+// table.wgsl (table). Counterpart of `AlbedoView` in src/energy, with the same arithmetic.
 //
-// Let A be the larger of 1 and the albedo for a direction at the angle θ from the normal and a wavelength. A colour
-// channel takes the mean of A over wavelength by the channel's weights, computed from A at three wavelengths.
+// A belongs to a direction, at the angle θ from the normal, and a wavelength. It is 1 or more: about the albedo where
+// that exceeds 1, and less near the horizon, where less suffices (src/energy/mod.rs). A colour channel takes the mean
+// of A over wavelength by the channel's weights, computed from A at three wavelengths.
 //
 // (A - 1)·cos²θ is tabulated on a square grid, uniform over the stretched direction
 //     (x, y) = w.xy/√((1 + √cosθ)(1 + cosθ)), each in [-1, 1].
@@ -15,7 +16,8 @@
 
 // Place of a direction in the grid.
 struct GridPlace {
-    // Index of its cell in one table of the grid, [row along y][column along x].
+    // Index of the cell in the lowest gap between planes, [row along y][column along x]. film.wgsl adds the cells of a
+    // side to it for directions below.
     cell: u32,
     // Position in the cell along x and y, 0 to 1.
     fraction: vec2<f32>,

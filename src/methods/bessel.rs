@@ -10,7 +10,7 @@
 use super::DIVISOR_MIN;
 
 /// Largest number of terms of a series of the phase screen. Every invocation of a shader keeps the weights of all terms
-/// in an array of this size. Chosen: larger values allow deeper reliefs and need more memory.
+/// in an array of this size. Larger values allow deeper reliefs and need more memory.
 pub const TERMS_MAX: usize = 256;
 
 /// Writes `J_0(x)` to `J_{count−1}(x)` for several arguments: `values[order][lane]` for the argument `x[lane]`.

@@ -1,14 +1,17 @@
 //! Linear-sRGB weights of wavelengths, as quadrature nodes or as a density over the wavelength. The shaders read them
 //! through colours.wgsl.
 //!
-//! - Nodes (flss.rs, pq.rs): `rgb = Σ_i spectrum(λ_i)·weight_i`, with weights without a unit.
+//! - Nodes (flss.rs, pq.rs): `rgb = Σ_i spectrum(λ_i)·weight_i`; the weights are pure numbers.
 //! - A density per µm of wavelength (nmm.rs, stam.rs): `rgb = ∫ spectrum(λ)·density(λ) dλ`. The method selects the
 //!   wavelengths.
+//!
+//! The weights are those of the CIE 1931 observer under the illuminant D65; a spectrum of 1 is white, (1, 1, 1).
 
 use super::{WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM};
 use crate::colour::{ColourError, SpectralToRgb};
 
-/// Step between entries of a density in nm; equal to the step of the table of the CIE observer.
+/// Step between entries of a density in nm: the step of the CIE observer's table, which shorter steps would only
+/// interpolate.
 const DENSITY_STEP_NM: f64 = 1.0;
 /// Factor from the weight of a step of [`DENSITY_STEP_NM`] to a density per µm.
 const PER_UM: f64 = 1e3 / DENSITY_STEP_NM;

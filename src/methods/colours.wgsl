@@ -7,7 +7,7 @@
 
 @group(1) @binding(1) var<storage, read> colours: array<vec4<f32>>;
 
-// The density per µm at a wavelength in µm, linear between the entries, at least two, and constant beyond them. They
+// The density per µm at a wavelength in µm: linear between the entries, and constant beyond them. At least two entries
 // reach from WAVELENGTH_MIN_UM to WAVELENGTH_MAX_UM (common.wgsl).
 fn colour_density(wavelength_um: f32) -> vec3<f32> {
     let intervals = arrayLength(&colours) - 1u;

@@ -13,10 +13,10 @@ const DIVISOR_MIN: f32 = 1e-7;
 // Largest squared length of a sum of two unit vectors: 4, with room for rounding.
 const SUM_SQUARED_MAX: f32 = 4.001;
 
-// Division of an answer, the value of `answer_rgb` for a pair of directions, into parts, for adapters that end long
-// loops early. The caller evaluates the parts 0 to `answer_parts` - 1 and sums the results. In part `answer_part`, a
-// method with a long loop does every `answer_parts`-th iteration, from iteration `answer_part` on. Other methods return
-// the whole answer in part 0 and zero in the other parts.
+// Some adapters end long loops early. Therefore an *answer*, the value of `answer_rgb` for a pair of directions, may be
+// divided into parts. The caller evaluates the parts 0 to `answer_parts` - 1 and sums the results. In part
+// `answer_part`, a method with a long loop does every `answer_parts`-th iteration, from iteration `answer_part` on.
+// Other methods return the whole answer in part 0 and zero in the other parts.
 var<private> answer_part: u32 = 0u;
 var<private> answer_parts: u32 = 1u;
 

@@ -1,5 +1,6 @@
 // Reflectance of the colour table divided by max(A(wi), A(wo)), so that the surface reflects no more energy than it
-// receives; compiled after albedo.wgsl. Counterpart of `ConservingTable` in table.rs, with the same arithmetic.
+// receives. A of a direction is 1 or more (albedo.wgsl, compiled before, computes A - 1).
+// Counterpart of `ConservingTable` in table.rs, with the same arithmetic.
 
 // The relief's factor of the reflectance, divided, linear sRGB in 1/sr. wi points to the light and wo to the viewer.
 // Like `relief_rgb`, it is zero unless `answer_part` is 0 (common.wgsl).

@@ -1,7 +1,8 @@
 //! The method `table` of a film, which reflects and transmits: the colour table of the relief, magnified n times
 //! in pattern and heights (n: refractive index), times the film's angular factor F (scattering/transparent.rs).
 //!
-//! The shader consists of table.wgsl, transparent.wgsl, albedo.wgsl and film.wgsl.
+//! Where energy is conserved, the product is divided by tabulated albedos (src/energy). The shader consists of
+//! table.wgsl, transparent.wgsl, albedo.wgsl and film.wgsl.
 
 use super::table::table_shader;
 use super::{AnswerKind, Method, MethodShader};
@@ -28,7 +29,7 @@ pub(super) struct FilmTable {
 impl Method for FilmTable {
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
         let albedo = self.albedo.as_ref().map(AlbedoTable::view::<f32>);
-        // The relief has the size of its table, and the only lane is active.
+        // No texture resizes the relief. A plain number is a single lane, which is active.
         let (size, active) = (None, true);
         colour_at_body(self.body, &self.table.view::<f32>(), albedo.as_ref(), size, [wi, wo], active)
     }

@@ -4,8 +4,8 @@
 //! quadrature weight for linear sRGB (colours.rs).
 //!
 //! `q = wi + wo = (u, v, w)` is the scattering vector, `f = (u, v)/λ_i` the spatial frequency and `κ = 2πw/λ_i` the
-//! phase rate. S is the power spectrum in µm² of the patch model (docs/model.md#the-reflectance), computed from a
-//! neighbourhood of diffraction orders (orders.rs).
+//! phase rate. S is the power spectrum in µm² of the phase screen `exp(iκh)` with the heights h, seen through one
+//! coherence window (docs/model.md#coherence). It is computed from a neighbourhood of diffraction orders (orders.rs).
 
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};

@@ -1,7 +1,8 @@
 // FLSS, full lambda spectral sampling; counterpart of flss.rs.
 //
-// rgb = Σ_i S(q, λ_i)/λ_i² · weight_i over wavelengths in equal steps. S is the power spectrum in µm² (`order_density`
-// in orders.wgsl). `colours` (colours.wgsl) has linear-sRGB weights in xyz and wavelengths in µm in w.
+// rgb = Σ_i S(q, λ_i)/λ_i² · weight_i over wavelengths λ_i in equal steps, in µm. q = wi + wo is the sum of the unit
+// vectors to the light and to the viewer. S is the power spectrum in µm² (`order_density` in orders.wgsl). `colours`
+// (colours.wgsl) has linear-sRGB weights in xyz and wavelengths in µm in w.
 
 // Uniform of the method; counterpart of `FlssUniform` in flss.rs.
 struct Flss {

@@ -43,7 +43,7 @@ pub(super) struct GratingUniform {
 
 impl Method for GratingColourSurface {
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
-        // The only lane of a lobe of single numbers is active.
+        // A plain number is a single lane, which is active.
         let is_active = true;
         self.lobe::<f32>().eval(wi, wo, LinearSrgb, is_active)
     }

@@ -11,7 +11,7 @@
 //     ν_m       m·q.x/(d·ρ²): the ν at which the frequency ν·q of the pair of directions is nearest to order m
 //     b_m       distance from ν_m·q to order m, in units of σ
 //     τ         σ/ρ, the standard deviation over ν of the order's Gaussian along the line ν·q
-//     e_m       efficiency of order m at ν_m, or at the nearest visible ν
+//     e_m       efficiency of order m, the fraction of the light in it, at ν_m or at the nearest visible ν
 //     W(ν_m, τ) ∫ weight(1/ν)·exp(-(ν - ν_m)²/2τ²) dν with the weights of linear sRGB, from a table
 // The reflectance is
 //     f_r = Σ_m e_m·exp(-b_m²/2)·W(ν_m, τ)/(2πσ²).
@@ -19,9 +19,9 @@
 //
 // Efficiencies are tabulated over λ, t and a. With y the direction cosine along the grooves, t = νd·√(1 - y²). The wave
 // number of the incident wave along x is a·2π/d. Order m propagates where |a + m| < t. So the lines where t - a or
-// t + a is a whole number divide the (t, a) plane into cells, within which the same orders propagate. Cells that differ
-// by a whole number in a share an index. Order numbers count the propagating orders from 0, by ascending m. Nodes of a
-// cell lie at fractional parts of t - a (`minus`) and t + a (`plus`).
+// t + a is a whole number divide the (t, a) plane into cells. The same orders propagate throughout a cell. Cells that
+// differ by a whole number in a share an index. Order numbers count the propagating orders from 0, by ascending m.
+// Nodes of a cell lie at fractional parts of t - a (`minus`) and t + a (`plus`).
 
 // A test compares the constants below with those of Rust.
 
@@ -43,8 +43,8 @@ const WEIGHT_NODES_TAU: u32 = 96u;
 const WEIGHT_NODES_NU: u32 = 256u;
 // Number of nodes of the table of order 0 along each axis.
 const ORDER_ZERO_NODES: u32 = 48u;
-// Smallest divisor: of lengths of directions' sums, squared direction cosines, and frequencies in cycles/µm. The Rust
-// counterpart is DIVISOR_MIN in colour_tables.rs, with its reason.
+// Lower bound on divisors: lengths ρ of sums of directions, squared direction cosines, and frequencies in cycles/µm.
+// Counterpart of DIVISOR_MIN in colour_tables.rs, which has its reason.
 const GRATING_DIVISOR_MIN: f32 = 1e-9;
 
 // Numbers of a grating and layout of its tables; counterpart of `GratingUniform` in grating.rs.
@@ -182,7 +182,7 @@ fn spectral_weights(nu_m: f32, tau: f32) -> vec3<f32> {
     if abs(centre) >= 1.0 {
         return vec3<f32>(0.0);
     }
-    // Coordinate of the table, and the factor that its entries are divided by.
+    // First coordinate of the table. The table has W divided by it, since W is proportional to τ for small τ.
     let width = tau / (tau + TAU_SCALE);
     let counts = vec2<u32>(WEIGHT_NODES_TAU, WEIGHT_NODES_NU);
     return interpolated_colour(0u, counts, vec2<f32>(width, 0.5 * centre + 0.5)) * width;

@@ -1,24 +1,26 @@
 //! The methods of realtime evaluation (docs/realtime.md). Each exists twice: in Rust, which is the definition, and in
 //! WGSL for the GPU, in the file of the same name.
 //!
-//! A [`Method`] evaluates a pair of directions in linear sRGB in 1/sr. [`AnswerKind`] says whether the answer is the
-//! relief's factor of the reflectance, or the whole reflectance, or that of a film. The factor is a [`Relief`], a
-//! function of the scattering vector `q = wi + wo = (u, v, w)` alone:
+//! A [`Method`] evaluates a pair of directions in linear sRGB in 1/sr: the unit vectors wi to the light and wo to the
+//! viewer. [`AnswerKind`] says whether the answer is the relief's factor of the reflectance, or the whole reflectance,
+//! or the scattering function of a film. The relief's factor is a [`Relief`]. It depends on the scattering vector
+//! `q = wi + wo = (u, v, w)` alone:
 //!
 //! `relief_rgb(q) = ∫ S(f; κ)/λ² · weight(λ) dλ`, with the frequency `f = (u, v)/λ` and the phase rate `κ = 2πw/λ`.
 //!
-//! S is the power spectrum in µm². The weights of linear sRGB are scaled so that `S/λ² = 1` at every wavelength gives
-//! (1, 1, 1). The caller multiplies the factor by those that do not depend on the relief, `R·O·M` of
-//! docs/model.md#the-reflectance.
+//! S is the power spectrum of the phase screen `exp(iκh)` in µm², with the heights h of the relief. The weights of
+//! linear sRGB are scaled so that `S/λ² = 1` at every wavelength gives (1, 1, 1). The caller multiplies by the factors
+//! that do not depend on the relief: Fresnel's reflectance R, obliquity O and shadowing M
+//! (docs/model.md#the-reflectance).
 //!
 //! Methods compute in single precision throughout, as on the GPU. Tests compare them with [`crate::lobe::Exact`].
 //!
 //! [`build`] builds a method for a height field. The published methods, [`Flss`], [`Nmm`], [`Pq`], [`Stam`] and
-//! [`StamGems`], evaluate a single window at a fixed position over a tile that repeats (`model = patch`,
-//! `tiling = periodic`), and support nothing else. The [`ColourTable`] supports both models and tilings, and the option
+//! [`StamGems`], support only a single coherence window at a fixed position over a tile that repeats (`model = patch`,
+//! `tiling = periodic`). The [`ColourTable`] supports both models and tilings, and the option
 //! `conserve_energy`. `grating::GratingColourSurface`, a grating by Maxwell's equations, is also a method.
 //!
-//! The modules without a public name serve several methods: tables of orders and their sums (`orders`, `order_grid`),
+//! Some private modules serve several methods: tables of orders and their sums (`orders`, `order_grid`),
 //! weights of series (`term_weights`), Bessel functions, and colours of the observer.
 
 mod bessel;
@@ -68,11 +70,11 @@ use std::borrow::Cow;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum AnswerKind {
     /// The relief's factor of the reflectance, divided by the albedo where energy is conserved. The caller multiplies
-    /// it by Fresnel factor, obliquity and shadowing, `R·O·M`.
+    /// the answer by Fresnel factor, obliquity and shadowing, `R·O·M`.
     Relief,
     /// The whole `f_r`, all factors included.
     Reflectance,
-    /// The whole scattering function of a film, which reflects and transmits: directions may lie on either side.
+    /// The whole scattering function of a film, which reflects and transmits. Directions may lie on either side.
     Film {
         /// Refractive index of the film.
         eta: f32,

@@ -5,9 +5,9 @@
 //! in µm², computed from the orders nearest to q (`orders.rs`). The *spans* are |u|Lx and |v|Ly in µm, and N is their
 //! sum.
 //!
-//! The list of wavelengths along x is `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`; that along y has v
-//! and Ly. The lists have the densities `|u|Lx/λ²` and `|v|Ly/λ²` over λ. The colour is a sum over both lists, with the
-//! colour weights `weight(λ)` per µm (colours.rs):
+//! The *list* of wavelengths along x is `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`, at 780 and 380
+//! nm. The list along y is `λ = |v|Ly/n`. The lists have the densities `|u|Lx/λ²` and `|v|Ly/λ²` over λ. The colour is
+//! a sum over both lists, with the colour weights `weight(λ)` per µm (colours.rs):
 //!
 //! - *weighted*: `Σ S·weight(λ)/N`. This is a quadrature of `∫ S/λ²·weight(λ) dλ`: the steps of a list are
 //!   `dλ = λ²/(|u|Lx)`, and both lists are averaged by their densities.
@@ -18,9 +18,9 @@
 //! nearer to it than to other orders. Both forms therefore multiply S by the ratio of the mean to the peak
 //! ([`line_width`]).
 //!
-//! A list, and its span in N, is left out where it has no order other than 0: along an axis of one pixel, and for a
-//! span below λmin. Where both lists are left out, around (u, v) = (0, 0), the answer is white with the value at 550
-//! nm, as in Single 2014.
+//! A list is left out, and its span left out of N, where it has no order other than 0: along an axis of one pixel, and
+//! for a span below λmin. Where both lists are left out, around (u, v) = (0, 0), the answer is white with the value at
+//! 550 nm, as in Single 2014.
 
 use super::colours::{self, Colours, colour_density};
 use super::order_grid::OrderGrid;
@@ -140,7 +140,10 @@ impl Relief for Nmm {
             name: "nmm",
             wgsl: WGSL.to_vec(),
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
-            storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
+            storage: vec![
+                Cow::Borrowed(bytemuck::cast_slice(&self.colours)),
+                Cow::Borrowed(self.colour_orders.bytes()),
+            ],
         }
     }
 }
@@ -154,7 +157,7 @@ fn line_width(sharpness: f64) -> f64 {
     // The mean of g: the integral of one Gaussian.
     let area = (PI / (2.0 * sharpness)).sqrt();
     // θ(x) = Σ_k exp(−x k²).
-    let theta = |exponent: f64| 1.0 + 2.0 * (1..=4).map(|k| (-exponent * f64::from(k * k)).exp()).sum::<f64>();
+    let theta = |x: f64| 1.0 + 2.0 * (1..=4).map(|k| (-x * f64::from(k * k)).exp()).sum::<f64>();
     // g(0) is θ(2a), and by Poisson's formula area·θ(π²/2a). The form that converges faster is used, in which five
     // terms are exact in single precision.
     if sharpness > 1.0 { area / theta(2.0 * sharpness) } else { 1.0 / theta(0.5 * PI * PI / sharpness) }

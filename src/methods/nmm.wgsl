@@ -5,8 +5,9 @@
 // along x and a list λ = |v|·Ly/n along y, for whole n. Here q = (u, v, w) = wi + wo, and (Lx, Ly) is the extent of the
 // tile in µm. With the spans |u|·Lx and |v|·Ly,
 //     rgb = Σ S(λ)·line_width·density(λ) / (sum of the spans),
-// where S is the power spectrum in µm² (`order_density` in orders.wgsl) and density(λ) the weight of each channel per
-// µm, or W of nmm.rs (`colour_density` in colours.wgsl). An axis without a list has no span in the sum.
+// where S is the power spectrum in µm² (`order_density` in orders.wgsl). density(λ) is the weight of each channel per
+// µm, or in the unweighted form W of nmm.rs (`colour_density` in colours.wgsl). An axis without a list has no span in
+// the sum.
 
 // Wavelength in µm of the white answer near q.xy = 0, where neither axis has a list, as in Single 2014. A test compares
 // the value with that in Rust.
@@ -16,8 +17,8 @@ const WHITE_UM: f32 = 0.55;
 struct Nmm {
     // Lattice of the tile's diffraction orders.
     grid: OrderGrid,
-    // Ratio of S's mean over an order's cell, the frequencies nearest to it, to its peak; along x and y (`line_width`
-    // in nmm.rs).
+    // Mean of S over the cell of an order (the frequencies nearest to it), relative to the peak of S at the order;
+    // along x and y (`line_width` in nmm.rs).
     line_width: vec2<f32>,
     _pad: vec2<f32>,
 }

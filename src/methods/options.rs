@@ -1,7 +1,9 @@
 //! Kinds and options of the methods, and the reasons why a method is refused. Sources are cited by author and year, and
-//! listed in docs/model.md#sources. κH is the largest phase of the relief about its middle height, in rad. The phase
-//! rate κ is 2πw/λ with `w = cosθi + cosθo ≤ 2`, and H is half the range of heights. *The tolerance* is the
-//! surface's parameter `tolerance`.
+//! listed in docs/model.md#sources.
+//!
+//! κH is the largest phase of the relief in rad, measured from its middle height. H is half the range of heights in µm.
+//! The phase rate κ is 2πw/λ in rad/µm, with `w = cosθi + cosθo ≤ 2` of light and viewer. *The tolerance* is the
+//! surface's parameter `tolerance`, a relative error.
 
 use super::bessel::TERMS_MAX;
 use crate::colour::ColourError;
@@ -16,8 +18,8 @@ use std::fmt;
 /// Accepted steps between wavelengths in nm. Coarser steps leave channels with little or no weight; finer ones gain no
 /// accuracy.
 pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=100.0;
-/// Largest number of orders along each axis that an evaluation sums. Chosen to bound the time of an evaluation, which
-/// is proportional to its square.
+/// Largest number of orders along each axis that an evaluation sums. It bounds the time of an evaluation, which is
+/// proportional to the square of the number.
 pub const NEIGHBOURHOOD_MAX: usize = 64;
 /// Accepted sharpness of the highlight in Stam's shader of GPU Gems, in 1/µm. The wide range only keeps numbers finite.
 pub const GEMS_SHARPNESS: std::ops::RangeInclusive<f64> = 0.0..=1e4;
@@ -118,13 +120,13 @@ pub struct MethodOptions {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terms: Option<usize>,
     /// Number of orders summed along each axis, 1 to 64 (default: the number that the tolerance requires). For colours,
-    /// NMM takes the number of a tolerance of 0.15 if that is smaller. Single 2014 has 3.
+    /// the default of NMM is at most the number that a tolerance of 0.15 requires. Single 2014 sums 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbourhood: Option<usize>,
     /// The series of the phase screen (default: `chebyshev`). Single 2014 has `taylor`.
     pub series: Series,
     /// Whether NMM weights each wavelength by the width of the interval that it represents (default: true). Single 2014
-    /// does not.
+    /// has no such weights.
     pub weighted: bool,
     /// Repeats of the tile in PQ, along both axes or along x and y, 1 to 10000 (default: the number that makes peaks as
     /// bright as with the coherence window).
@@ -281,7 +283,7 @@ pub(super) fn check_window_and_tolerance(coherence_length_um: f64, tolerance: f6
     in_range("tolerance", tolerance, &TOLERANCE, "a relative error in [1e-6, 1e-1]")
 }
 
-/// Checks that a number is in its range; `accepted` describes the range for the message.
+/// Checks that the number `found` is in its range; `accepted` describes the range for the message.
 ///
 /// # Errors
 /// [`MethodError::OutOfRange`] with the name of the parameter.

@@ -3,7 +3,7 @@
 //! | symbol | meaning |
 //! | --- | --- |
 //! | q = wi + wo = (u, v, w) | scattering vector |
-//! | f = (u, v)/λ, κ = 2πw/λ | frequency in cycles/µm, phase rate in rad/µm |
+//! | f = (u, v)/λ, κ = 2πw/λ | frequency in cycles/µm, phase rate in rad/µm: a point at height h has the phase κh |
 //! | (Lx, Ly) | extent of the tile in µm |
 //! | h, H | heights about the middle of their range, and half of this range, in µm |
 //! | j = (jx, jy) | order of frequency f_j = (jx/Lx, jy/Ly) |
@@ -12,7 +12,7 @@
 //! | p = (u·Lx, v·Ly)/λ | *position* of q among the orders: order j is at p = j |
 //! | s | standard deviation of the coherence window in µm |
 //! | sharpness = 2π²s²/L² | factor in the window's Gaussian over p along an axis, `exp(−sharpness·(p − j)²)` |
-//! | S | power spectrum in µm² of the patch model (docs/model.md) |
+//! | S | power spectrum of the phase screen exp(iκh) in µm², within one window (*patch model*, docs/model.md) |
 //!
 //! The amplitudes of neighbouring orders add up with the window's Gaussian over p. The *neighbourhood* is the number of
 //! orders summed along each axis, those nearest to p:
@@ -34,8 +34,8 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use sunbeam_fourier::num_complex::Complex32;
 
-/// Largest exponent x of a factor e⁻ˣ or eˣ of an amplitude. Chosen: the squares e^{±60} lie within the range of single
-/// precision, with room for sums. Smaller Gaussians are neglected: their power is below 1e-26 of the peak.
+/// Largest exponent x of a factor e⁻ˣ or eˣ of an amplitude. The squares e^{±60} lie within the range of single
+/// precision, with room for sums. Gaussians below e⁻³⁰ are neglected: their power is below 1e-26 of the peak.
 pub(super) const EXPONENT_MAX: f32 = 30.0;
 /// Largest κH of the Taylor series, whose terms reach e^κH before they cancel. This only prevents overflow: rounding,
 /// up to about 1e-7·e^κH, exceeds the usual tolerances far below this limit.
@@ -53,9 +53,9 @@ const ROUNDING_BIAS: f32 = 1.5 / f32::EPSILON;
 
 /// The Fourier coefficients term_{j,n} of every order that light from 380 to 780 nm can reach. The tile repeats.
 ///
-/// They are stored as `[jy][jx][pair]` with jy from 0 and jx from −reach. A pair `[re, im, re, im]` is a term of even n
-/// and the one of n + 1. Orders with negative jy follow from `term_{−j,n} = conj term_{j,n}`, since
-/// heights are real.
+/// They are stored as `[jy][jx][pair]` with jy from 0 and jx from −reach. A pair `[re, im, re, im]` has a term of even
+/// n and the term of n + 1. Orders with negative jy follow from `term_{−j,n} = conj term_{j,n}`, since heights are
+/// real.
 ///
 /// With an even number of pixels, the Fourier coefficient at half the sampling rate represents the orders of both
 /// signs. Each has `√½` of its amplitude, as in [`crate::lobe::Exact`].
@@ -268,8 +268,8 @@ fn floor(x: f32) -> i32 {
 
 /// Largest order to store along an axis of `pixels` pixels, for light from 380 to 780 nm.
 fn stored_reach(pixels: usize, extent_um: f64, neighbourhood: usize) -> usize {
-    // |u|, |v| ≤ 2, so |p| is at most 2L/λ. Up to half of its neighbourhood lies beyond. A tile of n pixels has orders
-    // up to n/2.
+    // |u|, |v| ≤ 2, so |p| is at most 2L/λ. Up to half of the neighbourhood of p lies beyond p. A tile of n pixels has
+    // orders up to n/2.
     let position_max = (2.0 * extent_um / f64::from(WAVELENGTH_MIN_UM)).ceil() as usize;
     position_max.saturating_add(neighbourhood / 2 + 1).min(pixels / 2)
 }

@@ -2,8 +2,9 @@
 // docs/model.md#sources); counterpart of orders.rs, which defines the symbols, and of term_weights.rs. Compiled after
 // common.wgsl (TAU) and bessel.wgsl (TERMS_MAX, bessel_j).
 //
-// q = wi + wo = (u, v, w) is the scattering vector, the sum of the unit vectors to the light and to the viewer.
-// κ = 2πw/λ is the phase rate in rad/µm, H half the range of heights in µm, and (Lx, Ly) the extent of the tile in µm.
+// q = wi + wo = (u, v, w) is the scattering vector, the sum of the unit vectors to the light and to the viewer. λ is
+// the wavelength. κ = 2πw/λ is the phase rate in rad/µm: a point at the height h has the phase κh. H is half the range
+// of heights, and (Lx, Ly) the extent of the tile. All lengths are in µm.
 // The position p = (u·Lx, v·Ly)/λ of q among the orders is counted in orders: order j = (jx, jy) is at p = j. Its
 // amplitude is c_j = Σ_n weight_n(κH)·term_{j,n}. The terms are Fourier coefficients of Chebyshev polynomials of the
 // heights, or of their powers (Taylor series). The power spectrum is

@@ -49,7 +49,7 @@ fn grating() -> Option<&'static dyn Method> {
 }
 
 /// Every method with its kind. `stam` comes in both forms. `table` is a relief's table, a film's and, with the feature
-/// `rigorous`, a grating's, whose answers are reflectances. No albedo is divided by: energy is not conserved.
+/// `rigorous`, a grating's, whose answers are reflectances. Energy is not conserved, so no table of albedos is built.
 fn methods() -> Vec<(MethodKind, &'static dyn Method)> {
     let field = Preset::Sinusoidal.build(None, None).unwrap();
     // The published methods accept only these options.
@@ -59,7 +59,7 @@ fn methods() -> Vec<(MethodKind, &'static dyn Method)> {
     let film_surface = Options { body: Some(TransparentBody::new(1.5, true, 65.0)), ..surface.clone() };
     let kinds =
         MethodKind::ALL.map(|kind| (kind, MethodOptions::default())).into_iter().chain([(MethodKind::Stam, gems)]);
-    // Leaked for the lifetime 'static of the grating, which lies in a static.
+    // All methods need the lifetime 'static of the grating, which lies in a static. So the others are leaked.
     let leaked = |method: Box<dyn Method>| &*Box::leak(method);
     let built = kinds.map(|(kind, options)| (kind, leaked(build(kind, &field, &surface, &options).unwrap())));
     let film = leaked(build(MethodKind::Table, &field, &film_surface, &MethodOptions::default()).unwrap());

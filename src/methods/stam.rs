@@ -1,5 +1,6 @@
-//! The method `stam` in its default form `spacing`: gratings of one groove spacing, as a reflectance. It is our form of
-//! Stam's model (docs/model.md#sources); the shader that Stam published in GPU Gems is [`super::StamGems`].
+//! The method `stam` in its default form `spacing`: gratings of one groove spacing, as a reflectance. This form of
+//! Stam's model (docs/model.md#sources) is the library's own; the shader that Stam published in GPU Gems is
+//! [`super::StamGems`].
 //!
 //! `q = wi + wo = (u, v, w)` is the scattering vector, and the spacing d lies along x. Each of the orders ±1 to ±8 gets
 //! a sixteenth of the light, for any relief. Order 0, which GPU Gems draws as a highlight, is left out. The grooves are
@@ -31,8 +32,8 @@ use std::f32::consts::PI;
 /// Sources of the shader.
 const WGSL: [&str; 2] = [wgsl!("colours.wgsl"), wgsl!("stam.wgsl")];
 
-/// Number of orders on each side of order 0. Chosen: larger values spread the light over more orders; the fractions sum
-/// to 1 for any number.
+/// Number of orders on each side of order 0. Larger values spread the light over more orders; the fractions sum to 1
+/// for any number. GPU Gems has 7.
 pub(super) const ORDERS: u32 = 8;
 /// Length of the interval of v over which an order spreads: that of the outgoing hemisphere at normal incidence.
 pub(super) const V_RANGE: f32 = 2.0;

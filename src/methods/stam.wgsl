@@ -4,8 +4,11 @@
 // equal fractions of the light; order 0 is left out. At u, only orders with the sign of u are visible. Order ±n then
 // has the wavelength λ_n = d|u|/n, and the colour is
 //     rgb = Σ_n density(λ_n)·d/n · 1/(2·ORDERS) · 1/V_RANGE,   n = 1 to ORDERS.
-// The factors of a term are, in this order, the colour weights per µm (`colour_density` in colours.wgsl), the line
-// δ(u/λ - n/d)/λ integrated over wavelengths, the fraction of an order, and the density over v.
+// The factors of a term are, in this order:
+// - the colour weights per µm (`colour_density` in colours.wgsl);
+// - the line δ(u/λ - n/d)/λ of an order, integrated over wavelengths;
+// - the fraction of the light in an order;
+// - the density of an order over v, which is uniform.
 
 // Number of orders on each side of order 0. A test compares this file's constants with those in Rust.
 const ORDERS: u32 = 8u;

@@ -1,7 +1,7 @@
 // Stam's diffraction shader of GPU Gems, chapter 8: one groove spacing d along x; counterpart of stam_gems.rs, which
 // explains its colours.
 //
-// With q = (u, v, w) = wi + wo, the sum of the unit vectors to the light and to the viewer, and the wavelengths
+// q = (u, v, w) = wi + wo is the sum of the unit vectors to the light and to the viewer. With the wavelengths
 // λ_n = d|u|/n, n = 1 to GEMS_ORDERS, the colour is
 //     highlight·exp(-(sharpness·d·u/w)²) + Σ_n max(0, 1 - ((λ_n - centre)/HALF_WIDTH_UM)²),
 // a sum of *bumps* with a centre for each channel. The first summand is order 0. f_r is the colour over π·cosθi, where

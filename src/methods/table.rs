@@ -27,7 +27,8 @@ pub(super) struct TableUniform {
     pub exponent_offset: u32,
     /// Index of the outermost ring.
     pub last_ring: u32,
-    /// Cells along each side of the albedo's grid of directions; 0 where nothing is divided by an albedo.
+    /// Cells along each side of the albedo's grid of directions; 0 where energy is not conserved, so nothing is
+    /// divided.
     pub albedo_cells: u32,
     /// Number of wavelengths at which the albedo is tabulated, one grid (plane) each.
     pub albedo_planes: u32,
@@ -91,7 +92,7 @@ impl Relief for ColourTable {
     }
 }
 
-/// The colour table divided by its albedo, so that the surface reflects no more energy than it receives.
+/// The colour table divided by tabulated albedos, so that the surface reflects no more energy than it receives.
 pub(super) struct ConservingTable {
     /// The relief's factor.
     pub table: ColourTable,
@@ -102,7 +103,7 @@ pub(super) struct ConservingTable {
 impl Method for ConservingTable {
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
         let relief = self.table.relief_rgb(sum(wi, wo));
-        // The relief has the size of its table, and the only lane is active.
+        // `None`: no texture resizes the relief. `true`: a plain number is a single lane, which is active.
         let factor = self.albedo.view::<f32>().band_factor(wi, wo, None, true);
         array::from_fn(|c| relief[c] * factor[c])
     }
@@ -131,7 +132,7 @@ pub(super) fn table_shader<'a>(
     complete: impl FnOnce(&mut TableUniform),
 ) -> MethodShader<'a> {
     let layout = table.layout();
-    // On the heap, since it has 32 KiB.
+    // On the heap, since the struct has 32 KiB.
     let mut uniform = Box::new(TableUniform {
         inner_spacing: layout.inner_spacing,
         growth: layout.growth,

@@ -1,17 +1,18 @@
 //! Weights of the terms in the series of the phase screen exp(iκh) (symbols: orders.rs), for many wavelengths at one w.
 //! Several wavelengths are computed side by side, in lanes that the compiler turns into SIMD.
 //!
-//! `x = κH` is the phase rate times half the range of heights, in radians. The weight of term n is
-//! `(2 − δ_n0)·iⁿ·J_n(x)` (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored without the factor i of odd terms.
-//! They are then real, with the signs + + − − and so on.
+//! The phase rate is `κ = 2πw/λ` in rad/µm, with w = cosθi + cosθo and the wavelength λ; h is the height. `x = κH` is
+//! the phase rate times half the range H of heights, in radians. The weight of term n is `(2 − δ_n0)·iⁿ·J_n(x)`
+//! (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored without the factor i of odd terms. They are then real, with
+//! the signs + + − − and so on.
 
 use super::bessel::{TERMS_MAX, bessel_j};
 use super::order_grid::OrderGrid;
 use arrayvec::ArrayVec;
 use std::f32::consts::TAU;
 
-/// Number of wavelengths whose weights are computed side by side. Chosen: larger values leave more lanes idle in the
-/// last batch; smaller ones leave parts of wide SIMD registers unused.
+/// Number of wavelengths whose weights are computed side by side. Larger values leave more lanes idle in the last
+/// batch; smaller ones leave parts of wide SIMD registers unused.
 const LANES: usize = 8;
 /// Number of lanes for small batches, so that fewer lanes are idle.
 const FEW_LANES: usize = LANES / 2;

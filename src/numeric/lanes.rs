@@ -1,7 +1,9 @@
-//! Four single-precision numbers by value, side by side: the wavelengths of a ray, or directions of an integral.
+//! Four single-precision numbers by value, one in each *lane* of a SIMD vector: the wavelengths of a ray, or
+//! directions of an integral.
 //!
-//! The traits of mod.rs are implemented for the SIMD types of the crate `wide`. Functions that these types lack are
-//! computed lane by lane.
+//! The traits of mod.rs, which documents their functions, are implemented for the vector types of the crate `wide`.
+//! Functions that these types lack are computed lane by lane. In the types `f32x4`, `f64x4` and `u32x4` the 4 is
+//! [`LANES`].
 
 use super::math::polynomial;
 use super::{Index, Mask, Number, Numbers, Real, State, Values};
@@ -24,7 +26,7 @@ pub(super) const LANES: usize = 4;
 #[derive(Clone, Copy, Debug)]
 pub struct Lanes<'a>(PhantomData<&'a ()>);
 
-/// Truth values of four lanes: all bits of a word are set, or none.
+/// Truth values of four lanes, one word each: all bits of a word are set for true, none for false.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneMask(u32x4);
 
@@ -34,7 +36,7 @@ impl LaneMask {
         self.0.any()
     }
 
-    /// The mask in the form of single-precision comparisons: 32 equal bits per lane.
+    /// The mask with the type of a comparison of `f32x4`: 32 equal bits per lane.
     #[inline(always)]
     fn to_single(self) -> f32x4 {
         cast(self.0)
@@ -46,7 +48,7 @@ impl LaneMask {
         Self(cast(mask))
     }
 
-    /// The mask in the form of double-precision comparisons: 64 equal bits per lane.
+    /// The mask with the type of a comparison of `f64x4`: 64 equal bits per lane.
     #[inline(always)]
     fn to_double(self) -> f64x4 {
         cast(self.0.to_array().map(|lane| u64::from(lane) | u64::from(lane) << 32))
@@ -179,7 +181,7 @@ const EXP2_TAYLOR: [f64; 8] = [
     0.000_015_252_733_804_059_84,
 ];
 
-/// Items of [`Real`] that are equal for both types, with `$t` the type of one lane.
+/// Items of [`Real`] that are equal for `f32x4` and `f64x4`, with `$t` the type of one lane.
 macro_rules! real_items {
     ($t:ident) => {
         #[inline(always)]
@@ -211,7 +213,7 @@ impl Real for f32x4 {
     #[inline(always)]
     fn floor(self) -> Self {
         let towards_zero = f32x4::from_i32x4(self.fast_trunc_int());
-        // The mask's bits select those of 1.0.
+        // `&` with the mask's bits leaves 1.0 where the truncated number exceeds the number, else 0.
         let floor = towards_zero - (self.lt(towards_zero).to_single() & Self::splat(1.0));
         // All numbers from 1/EPSILON on are whole, and may exceed an integer of 32 bits.
         Self::select(f32x4::abs(self).lt(Self::splat(1.0 / f32::EPSILON)), floor, self)
@@ -228,7 +230,7 @@ impl Real for f32x4 {
         // 2ˣ = 2^whole · 2^(x − whole), with the nearest whole number. `mantissa` is the second factor, 0.7 to 1.4.
         let whole = Real::floor(x + Self::splat(0.5));
         let mantissa = polynomial(x - whole, &EXP2_TAYLOR);
-        // 2^whole: `whole` plus the bias in the exponent bits of a single-precision number.
+        // 2^whole: the exponent bits of a single-precision number, above 23 bits of mantissa, hold `whole` plus 127.
         let power = (cast::<i32x4, u32x4>(whole.fast_trunc_int()) + u32x4::splat(127)) << 23_u32;
         Self::select(is_normal, mantissa * cast::<u32x4, f32x4>(power), Self::splat(0.0))
     }
@@ -289,7 +291,7 @@ impl<'a> Numbers for Lanes<'a> {
         let (at, mask) = (at.to_array(), mask.0.to_array());
         let packets: [[u32; W]; LANES] = std::array::from_fn(|lane| {
             let start = W * at[lane] as usize;
-            // Lanes whose mask is false may lie beyond the table.
+            // The position of a lane whose mask is false may lie beyond the table.
             match table.get(start..start + W).and_then(|rest| rest.first_chunk()) {
                 Some(words) if mask[lane] != 0 => *words,
                 _ => [0; W],
@@ -339,7 +341,8 @@ impl<'a> Numbers for Lanes<'a> {
         for (i, value) in values.iter_mut().enumerate().take(count as usize) {
             *value = function(u32x4::splat(i as u32));
         }
-        // Lanes that are still in the caller's loop share one index; those that have left it have smaller ones.
+        // Lanes that are still in the caller's loop share one index. Lanes that have left the loop have smaller
+        // indices, so the largest index is that of the loop.
         move |i| {
             let largest = i.to_array().into_iter().fold(0, Ord::max);
             values[largest as usize]

@@ -1,20 +1,20 @@
 //! Functions that evaluators share: packed words, splines, polynomials, and maps of uniform random numbers to other
-//! distributions.
+//! distributions. `R` is a type of real numbers and `N` a family of numbers (mod.rs); `lit` makes a constant.
 
 use super::{Index, Number, Numbers, Real};
 use wide::f64x4;
 
 /// Largest number of single precision below one, `1 − 2⁻²⁴`; keeps random numbers within [0, 1).
 pub(crate) const BELOW_ONE: f64 = 1.0 - f32::EPSILON as f64 / 2.0;
-/// Distance from its centre, in standard deviations, at which a Gaussian is cut off. Its density is then 4e-6 of its
-/// peak, and 6e-7 of it lies beyond. Larger values evaluate more orders and nodes; with 2, sample weights at the
-/// horizon reach 8000.
+/// Distance from the centre of a Gaussian, in standard deviations, at which samplers cut it off. Its density there is
+/// 4e-6 of the peak, and the fraction 6e-7 of its integral lies beyond. Larger values evaluate more orders and nodes;
+/// with 2, sample weights at the horizon reach 8000.
 pub(crate) const GAUSSIAN_REACH: f64 = 5.0;
 /// Upper bound of |[`normal_quantile`]| in standard deviations: 5.42, its value for `u` near 1, with room for rounding.
 pub(crate) const NORMAL_QUANTILE_MAX: f64 = 5.45;
 
 /// Pairs of sine and cosine of four angles in radians. The error is at most two units in the last place of 1 for angles
-/// within ±10⁷. One call takes a fraction of the time of four scalar ones.
+/// within ±10⁷. One call takes a fraction of the time of four scalar calls.
 #[inline]
 pub(crate) fn sines_and_cosines(angles: [f64; 4]) -> [(f64, f64); 4] {
     let (sines, cosines) = f64x4::new(angles).sin_cos();
@@ -47,7 +47,7 @@ pub fn cubic_b_spline<R: Real>(distance: R) -> R {
 /// Weights of the coefficients of the knots −1, 0, 1, 2 in a uniform cubic B-spline at `t` in [0, 1].
 #[inline(always)]
 pub fn cubic_b_spline_weights<R: Real>(t: R) -> [R; 4] {
-    // t³/6 and 2/3 − t²(1 − t/2): the outer and the inner pieces of the spline.
+    // Pieces of the spline: t³/6 at the distance 2 − t from the centre, 2/3 − t²(1 − t/2) at the distance t.
     let s = R::lit(1.0) - t;
     let outer = |t: R| t * t * t * R::lit(1.0 / 6.0);
     let inner = |t: R| (t * t).fma(t.fma(R::lit(0.5), R::lit(-1.0)), R::lit(2.0 / 3.0));
@@ -69,8 +69,8 @@ pub fn polynomial<R: Real>(x: R, coefficients: &[f64]) -> R {
 /// Quantile of the standard normal distribution, for `u` in (0, 1).
 ///
 /// It is `√2·erf⁻¹(x)` with `x = 2u − 1`, by the two polynomials of Giles, *Approximating the erfinv function* (GPU
-/// Computing Gems Jade, 2011). The error is a few units in the last place of single precision. `u` is clamped so that
-/// the result stays within ±5.42.
+/// Computing Gems Jade, 2011). The error is a few units in the last place of single precision. `x` is clamped to
+/// ±`BELOW_ONE`, so that the result stays within ±5.42 for `u` of 0 and 1, too.
 #[inline(always)]
 pub fn normal_quantile<R: Real>(u: R) -> R {
     /// Coefficients of `erf⁻¹(x)/x` in powers of `w − 2.5`, for `w = −ln(1 − x²) < 5`, from Giles.
@@ -119,8 +119,9 @@ pub fn square_to_hemisphere<N: Numbers>(u: [N::Real; 2]) -> ([N::Real; 3], N::Ma
     ([a * scale, b * scale, lit(1.0) - squared], squared.lt(lit(1.0)))
 }
 
-/// Density of [`square_to_hemisphere`] in 1/sr. It is 1/(4·2), since the square has the area 4, and the map takes a
-/// unit of area to 2 sr. Its integral over the hemisphere is π/4, the probability of a valid direction.
+/// Density of [`square_to_hemisphere`] in 1/sr. It is 1/(4·2): points are uniform over the square, whose area is 4, and
+/// the map takes a unit of area to 2 sr. The integral of the density over the hemisphere is π/4, the probability of a
+/// valid direction.
 pub const SQUARE_PDF: f64 = 0.125;
 
 #[cfg(test)]

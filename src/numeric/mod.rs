@@ -3,14 +3,15 @@
 //!
 //! - [`Plain`]: single values,
 //! - [`Lanes`]: four values side by side (SIMD), one in each *lane*,
-//! - the *recorded* variables of the Mitsuba plugin (`cpp_shim/src/traced.rs`). The tracing compiler Dr.Jit records
-//!   operations on them as a kernel, which computes later for many lanes.
+//! - the *recorded* or *traced* variables of the Mitsuba plugin (`cpp_shim/src/traced.rs`). The tracing compiler Dr.Jit
+//!   records operations on them as a kernel, a program that later computes many lanes. While it records, a variable has
+//!   no value.
 //!
-//! Numbers of the first two are *numbers by value*.
+//! Numbers of the first two families are *numbers by value*.
 //!
-//! A generic evaluator cannot branch on values, which differ between lanes. It selects with masks, masks its reads, and
-//! loops through [`Numbers::while_loop`]. Its tables are words of 32 bits, read by [`Numbers::gather`]. [`math`] has
-//! functions on top of the traits, among them the decoding of packed words.
+//! A generic evaluator cannot branch on values, which differ between lanes. It computes both results and selects one of
+//! them by a mask, masks its reads, and loops through [`Numbers::while_loop`]. Its tables are words of 32 bits, read by
+//! [`Numbers::gather`]. [`math`] has functions on top of the traits, among them the decoding of packed words.
 //!
 //! ```
 //! use sunbeam::numeric::{Lanes, Number, Numbers, Plain, Real};
@@ -35,19 +36,20 @@ use std::ffi::CStr;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
 /// Largest count of [`Numbers::tabulated`]. Chosen above the number of lattice nodes that a table's look-up reads along
-/// one axis (`table/lattice.rs`).
+/// one axis (`table/lattice.rs`). Every call reserves this many numbers, so a larger value costs time.
 pub(crate) const TABULATED_MAX: usize = 40;
 
-/// State of a loop: numbers, masks, and tuples and arrays of them.
+/// State of a loop ([`Numbers::while_loop`]): numbers, masks, and tuples and arrays of numbers and masks.
 pub trait State: Copy {
     /// Number of recorded variables in the state, which [`State::each`] visits. Zero for numbers by value.
     const COUNT: usize;
 
-    /// Visits the indices by which Dr.Jit identifies the recorded variables, in a fixed order.
+    /// Calls `visit` with the index by which Dr.Jit identifies each recorded variable, in a fixed order.
     fn each(&mut self, visit: &mut dyn FnMut(&mut u32));
 
-    /// Restores `old` in the lanes where `changed` is false: the loop has ended there. Only [`Lanes`] needs this. A
-    /// loop of single values ends as a whole, and Dr.Jit keeps ended lanes itself.
+    /// Restores `old` in the lanes where `changed` is false, since the loop has ended there. Only [`Lanes`] needs
+    /// this: a loop of single values ends as a whole, and Dr.Jit itself keeps the values of lanes whose loop has
+    /// ended.
     #[inline(always)]
     fn keep_lanes(&mut self, _old: Self, _changed: LaneMask) {}
 }
@@ -81,7 +83,7 @@ pub trait Number: State + Add<Output = Self> + Sub<Output = Self> + Mul<Output =
 pub trait Real: Number + Div<Output = Self> + Neg<Output = Self> {
     /// Constant in every lane, rounded to the type's precision.
     fn lit(value: f64) -> Self;
-    /// `self·b + c`, as a fused operation where that is fast.
+    /// `self·b + c`, in one operation with one rounding where the processor has a fast one.
     fn fma(self, b: Self, c: Self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
@@ -109,8 +111,8 @@ pub trait Index:
 pub trait Numbers: Copy {
     /// Real numbers of the family's working precision.
     type Real: Real<Mask = Self::Mask>;
-    /// Real numbers of double precision, for positions on a lattice: an order is much narrower than its distance from
-    /// the origin.
+    /// Real numbers of double precision, for frequencies: a diffraction order is much narrower than its distance from
+    /// frequency 0.
     type Double: Real<Mask = Self::Mask>;
     /// Unsigned integers: positions in tables, and counts.
     type Index: Index<Mask = Self::Mask>;
@@ -142,18 +144,19 @@ pub trait Numbers: Copy {
     fn while_loop<S: State>(name: &'static CStr, state: S, go_on: impl Fn(S) -> Self::Mask, step: impl Fn(S) -> S)
     -> S;
 
-    /// Function equal to `function` on `0..count`, for `count` up to [`TABULATED_MAX`].
+    /// Function equal to `function` on `0..count`, for `count` up to [`TABULATED_MAX`]; for loops that need the same
+    /// values several times.
     ///
     /// - Numbers by value tabulate `function` once. In a loop, the argument must be equal in all lanes that are still
     ///   in the loop. Lanes that have left it may have a smaller argument, and get a wrong value, which is discarded.
     /// - Recorded kernels call `function` itself.
     fn tabulated(count: u32, function: impl Fn(Self::Index) -> Self::Real) -> impl Fn(Self::Index) -> Self::Real;
 
-    /// Results `[result][input]` of `function` for each of the `L` inputs in turn. Zeros where `active` is false; in
-    /// [`Lanes`] only where it is false in all lanes.
+    /// Results `[result][input]` of `function` for each of the `L` inputs in turn. Zeros where `active` is false. In
+    /// [`Lanes`], zeros only if it is false in all lanes; else results in lanes that are not active are arbitrary.
     ///
-    /// Recorded kernels loop over the inputs, under the label `name`. Otherwise they would be `L` times longer and take
-    /// `L` times longer to compile.
+    /// Recorded kernels loop over the inputs, under the label `name`. Without a loop a kernel would have `L` copies of
+    /// `function`, and take about `L` times longer to compile.
     fn map_each<const L: usize, const R: usize>(
         name: &'static CStr,
         inputs: [Self::Real; L],
@@ -166,7 +169,7 @@ pub trait Numbers: Copy {
 pub(crate) trait Values: Numbers {
     /// Number of lanes, at most [`VALUES_MAX`].
     const COUNT: usize;
-    /// Number whose lane i is `lane(i)`, rounded to the family's precision.
+    /// Number with the value `lane(i)` in each lane i, rounded to the family's precision.
     fn pack(lane: impl Fn(usize) -> f64) -> Self::Real;
     /// Value of an index in one lane.
     fn lane(index: Self::Index, lane: usize) -> usize;
@@ -177,7 +180,7 @@ pub(crate) trait Values: Numbers {
 /// Largest [`Values::COUNT`].
 pub(crate) const VALUES_MAX: usize = lanes::LANES;
 
-/// [`Numbers::map_each`] of numbers by value; zeros unless `active`.
+/// [`Numbers::map_each`] of numbers by value; zeros unless `active`, which is true if any lane is active.
 #[inline(always)]
 fn map_by_value<T: Real, const L: usize, const R: usize>(
     inputs: [T; L],

@@ -1,4 +1,5 @@
-//! Single numbers by value, in single or double precision. mod.rs documents the traits and their functions.
+//! Single numbers by value, in single or double precision: the traits of mod.rs, which documents their functions, for
+//! `f32`, `f64`, `u32` and `bool`.
 
 use super::{Index, Mask, Number, Numbers, Real, State, Values};
 use std::ffi::CStr;
@@ -16,7 +17,7 @@ use std::marker::PhantomData;
 #[derive(Clone, Copy, Debug)]
 pub struct Plain<'a, F>(PhantomData<(&'a (), F)>);
 
-/// Implements [`State`] for numbers by value, which have no recorded variables (mod.rs).
+/// Implements [`State`] for numbers by value, none of which is a variable of Dr.Jit (mod.rs).
 macro_rules! states {
     ($($t:ty)+) => {$(
         impl State for $t {
@@ -58,8 +59,9 @@ macro_rules! number_items {
     };
 }
 
-/// Implements [`Number`] and [`Real`] for `$t`, and [`Numbers`] for its family. `$whole` is the signed integer type of
-/// equal size, which represents all whole numbers below `1/EPSILON`.
+/// Implements [`Number`] and [`Real`] for the type `$t`, and [`Numbers`] for its family. `$whole` is the signed integer
+/// type of equal size. It represents every whole number below `1/EPSILON`, the size from which on all floating-point
+/// numbers are whole.
 macro_rules! reals {
     ($($t:ident with $whole:ident)+) => {$(
         impl Number for $t {

@@ -1,17 +1,20 @@
 //! Sampler by reflected colour, without a wavelength: a summed-area table over sums of direction cosines.
 //!
 //! ```text
+//! wi, wo                                unit vectors away from the surface, at the angles θi and θo from the normal z
 //! (u, v, w) = wi + wo                   scattering vector, w = cosθi + cosθo
 //! slice b                               one of BANDS equal intervals of w, which lies in [0, 2]
 //! node                                  point of a square lattice over (u, v), whose coordinates lie in [−2, 2]
-//! F(u, v, w)                            linear sRGB, the reflectance without its angular factors (src/colour_table)
+//! F(u, v, w)                            colour in linear sRGB: reflectance integrated over wavelength, without its
+//!                                       angular factors (src/colour_table)
 //! G = (u² + v² + w²)²/w²                4 O cosθi cosθo for Stam's obliquity factor O; 1 for other factors
 //! M_b(u, v) = Σ_channels max(F·G, 0)    mass of a node, summed over quadrature points in slice b
 //! count, unit                           stored masses are whole numbers of counts; a slice's unit is the mass of one
 //! block                                 4 × 4 nodes, for which sums are stored; squares are widened to whole blocks
 //! M(u, v)                               mix of the M_b of two neighbouring slices, about a typical w of the incidence
-//! passage                               incident wave vector, and largest tangential length (reach) of outgoing ones
-//! turn                                  sign of (u, v) in look-ups: −1 for light from or to below the relief, else 1
+//! passage                               incident wave vector, and largest tangential length (reach) of outgoing waves
+//! turn                                  sign of (u, v) in look-ups: −1 for light from or to below a transparent body's
+//!                                       relief, else 1
 //! pdf(wo) = M(u, v) cosθo / ∬M du dv    density in 1/sr; the integral is over the widened square wi_xy ± reach
 //! ```
 //!
@@ -20,6 +23,9 @@
 //! interpolated bilinearly: every node contributes a tent, the density `1 − |t|` at the distance t in nodes along
 //! either axis. Directions `wo` that leave lie in the square `wi_xy ± reach` of `(u, v)`, whose mass is an exact sum
 //! ([`SummedArea`]). Samples in the square's corners are no directions and are rejected.
+//!
+//! `N` is a family of numbers (`src/numeric`): an `N::Real` is one number, a SIMD vector or a traced variable, and
+//! `lit` makes a constant.
 
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
 use super::tents::tent_quantile;
@@ -33,14 +39,14 @@ use std::array;
 /// Wavelength in µm at which tents are as wide as orders. Chosen in the green, where the eye is most sensitive. The
 /// width of an order in direction cosines is proportional to the wavelength, so one spacing fits one wavelength only.
 const WAVELENGTH_UM: f64 = 0.53;
-/// Largest number of nodes from the middle of an axis to its end. Chosen: the table has (2·468 + 1)² nodes of 9 bytes
-/// (summed_area), 8 MB. More nodes resolve narrower orders.
+/// Largest number of nodes from the middle of an axis to its end. Chosen: the table then has (2·468 + 1)² nodes of 9
+/// bytes (`summed_area/mod.rs`), 8 MB. More nodes resolve narrower orders; fewer save memory.
 const HALF_NODES_MAX: usize = 468;
 /// Largest number of quadrature points of a node along an axis. Several are used where nodes are further apart than
 /// orders are wide. Chosen: more points miss fewer orders but lengthen the build.
 const POINTS_MAX: usize = 4;
-/// Largest w at which colours are read, as a fraction of the largest possible one, `√(4 − u² − v²)`, which is that of
-/// backscattering, `wi = wo`. Quadrature points beyond it are read at it. With 1, the largest sample weight of the
+/// Largest w at which colours are read, as a fraction of the largest possible w, `√(4 − u² − v²)`, which only `wi = wo`
+/// has. Quadrature points of larger w are read at this bound. With a fraction of 1, the largest sample weight of the
 /// preset `cd` at 60° is twice as large.
 const W_FRACTION_MAX: f64 = 0.97;
 /// Quadrature points of a slice of w, as fractions of its width: the midpoint rule with two points.
@@ -80,14 +86,15 @@ pub struct ColourSampler {
 }
 
 impl ColourSampler {
-    /// Tabulates `reflected`, a linear sRGB colour at `(u, v, w)`, in proportion to which directions are drawn: `F·G`
-    /// (src/sampling/colour.rs), which may contain further factors that depend on `(u, v, w)` only.
+    /// Tabulates `reflected`, a colour in linear sRGB at `(u, v, w)`. Directions are drawn in proportion to the sum of
+    /// its channels. It is `F·G` (src/sampling/colour.rs), with any further factors that depend on `(u, v, w)` only.
     ///
     /// `order_sigma_per_um` is the standard deviation of an order in cycles/µm; it sets the spacing of nodes. Channels
     /// that are negative or NaN count as zero, and an infinite sum as no mass. `reach` is the largest direction cosine
     /// of outgoing light along the surface, 1 without a cover.
     pub fn new(order_sigma_per_um: f64, reach: f64, reflected: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Self {
-        // A tent of half-width s has the variance s²/6, here that of an order in direction cosines.
+        // A tent that reaches zero at the distance s has the variance s²/6. It is set to that of an order in direction
+        // cosines.
         let wanted_spacing = 6f64.sqrt() * order_sigma_per_um * WAVELENGTH_UM;
         // Nodes extend over u and v from −2 to 2.
         let half = ((2.0 / wanted_spacing).ceil() as usize).clamp(1, HALF_NODES_MAX);
@@ -179,7 +186,7 @@ pub struct ColourSamplerView<N: Numbers> {
     pub layout: ColourSamplerLayout,
     /// Table data, [`ColourSampler::words`].
     pub words: N::Words,
-    /// Size of the relief at the present place, relative to that of the table; `None` for the same size. The table is
+    /// Size of the relief at the shaded point, relative to that of the table; `None` for the same size. The table is
     /// read at `(s u, s v, d w)`, with the size's `scale` s and `depth` d.
     pub size: Option<RelativeSize<N::Real>>,
 }
@@ -190,25 +197,25 @@ impl<N: Numbers> ColourSamplerView<N> {
         SummedAreaView { layout: self.layout.areas, words: self.words }
     }
 
-    /// Coordinate `u` or `v` at which the table is read for one at the present place.
+    /// Coordinate at which the table is read for the coordinate `u` or `v` of a pair of directions.
     #[inline(always)]
     fn scaled(&self, coordinate: N::Real) -> N::Real {
         self.size.map_or(coordinate, |size| coordinate * size.scale)
     }
 
-    /// Position in nodes of a coordinate `u` or `v` at the present place.
+    /// Position in nodes, from the first of the axis, of the coordinate `u` or `v` of a pair of directions.
     #[inline(always)]
     fn position(&self, coordinate: N::Real) -> N::Real {
         let lit = |value: f64| N::Real::lit(value);
         self.scaled(coordinate).fma(lit(self.layout.per_unit.into()), lit(self.layout.middle.into()))
     }
 
-    /// Weighted mass of one count in each slice: the slice's unit times its weight at the typical w of the incidence.
-    /// Weights interpolate linearly between the centres of slices.
+    /// Weighted mass of one count in each slice: the slice's unit times the slice's weight at the typical w of the
+    /// incidence. Weights interpolate linearly between the centres of slices.
     #[inline(always)]
     fn mass_per_count(&self, passage: &Passage<N>) -> [N::Real; BANDS] {
         let lit = N::Real::lit;
-        // Position of w in slices, counted from the centre of the first; w extends from 0 to 2.
+        // Position of the typical w in slices, counted from the centre of the first slice; w extends from 0 to 2.
         let typical_w = passage.typical_w;
         let typical_w = self.size.map_or(typical_w, |size| typical_w * size.depth);
         let position = (typical_w * lit(0.5 * BANDS as f64) - lit(0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));
@@ -255,8 +262,8 @@ impl<N: Numbers> ColourSamplerView<N> {
     pub(crate) fn density(&self, passage: &Passage<N>, outgoing: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
         let (rectangle, _, total) = self.square(passage, active);
-        // In double precision: a density may fall to zero within a node, and positions in single precision have few
-        // digits left after the node's number.
+        // In double precision: a position in single precision has few digits left after the number of its node, too few
+        // where the density falls to zero between two nodes.
         let position = [0, 1].map(|axis| {
             let coordinate = N::widen(self.scaled(passage.tangential[axis] + outgoing[axis]));
             let double = |value: f64| N::Double::lit(value);
@@ -266,7 +273,7 @@ impl<N: Numbers> ColourSamplerView<N> {
         let counts = self.areas().tents(position, &rectangle, active);
         let mass_per_count = self.mass_per_count(passage);
         let mass = (0..BANDS).fold(lit(0.0), |sum, b| mass_per_count[b].fma(counts[b], sum));
-        // The integral of M over (u, v) is the total mass over the nodes per area.
+        // Nodes per unit of area in (u, v). The integral of M over (u, v) is the total mass, divided by this.
         let nodes_per_area = lit(f64::from(self.layout.per_unit).powi(2));
         // A resized relief reads the table at s·u and s·v, so its nodes are denser by s along either axis.
         let nodes_per_area = self.size.map_or(nodes_per_area, |size| nodes_per_area * size.scale * size.scale);
@@ -282,8 +289,9 @@ impl<N: Numbers> ColourSamplerView<N> {
         let lit = N::Real::lit;
         let (rectangle, masses, total) = self.square(passage, active);
         let has_mass = active & lit(0.0).lt(total);
-        // Chooses the slice in whose mass the target lies: the last slice with a mass whose start is at most the
-        // target. Rounding may take the target beyond the total, which also chooses the last slice with a mass.
+        // The masses of the slices in turn fill an interval from 0 to the total. The slice that contains the target is
+        // the last one with a mass that starts at or before the target. If rounding takes the target to the total,
+        // this is the last slice with a mass.
         let target = random[0] * total;
         let (mut slice, mut slice_start, mut slice_mass) = (N::Index::lit(0), lit(0.0), masses[0]);
         let mut start = lit(0.0);
@@ -294,7 +302,7 @@ impl<N: Numbers> ColourSamplerView<N> {
             slice_mass = N::Real::select(is_reached, mass, slice_mass);
             start = start + mass;
         }
-        // Position within the slice: a random number in [0, 1) that is independent of the choice.
+        // Position of the target within the slice: a random number in [0, 1) that is independent of the choice.
         let divisor = N::Real::select(has_mass, slice_mass, lit(1.0));
         let rescaled = ((target - slice_start) / divisor).clip(lit(0.0), lit(BELOW_ONE));
         let drawn = self.areas().choose(&rectangle, slice, [rescaled, random[1]], has_mass);

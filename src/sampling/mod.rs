@@ -1,19 +1,21 @@
 //! Importance sampling of outgoing directions, with the density of each over solid angle (docs/model.md#sampling).
 //!
-//! Directions are drawn approximately in proportion to `O·S(f; κ)/λ²`. O is the obliquity factor, and the power
-//! spectrum `S` a sum of Gaussians about the nodes of a lattice of frequencies. The other factors of the reflectance
-//! (Fresnel factor, shadowing, division by the albedo) are left to the sample weight, `f_r·cosθo/pdf`.
+//! Directions are drawn approximately in proportion to `O·S(f; κ)/λ²`. O is the obliquity factor, and the relief's
+//! power spectrum `S` a sum of Gaussians about the nodes of a lattice of frequencies. The other factors of the
+//! reflectance f_r (Fresnel factor, shadowing, division by the albedo) are left to the sample weight, `f_r·cosθo/pdf`.
 //!
 //! ```text
+//! wi, wo                                unit vectors away from the surface, at the angles θi and θo from the normal z
 //! f       = (wi + wo)_xy / λ            spatial frequency of a pair of directions, in cycles/µm
-//! κ       = 2π (cosθi + cosθo) / λ      phase rate, in rad/µm
-//! W_j, f_j                              weight and frequency of node j
+//! κ       = 2π (cosθi + cosθo) / λ      phase rate, in rad per µm of height
+//! W_j, f_j                              weight and frequency of node j; W_j is about the node's power times O
 //! g(f)                                  Gaussian of a node, with the integral 1
 //! p_s(f)  = Σ_j W_j g(f − f_j) / Σ_j W_j     density over frequencies, in µm²
 //! pdf(wo) = p_s(f) cosθo / λ²           density over solid angle, in 1/sr: df = cosθo dωo / λ²
 //! ```
 //!
-//! There are two samplers of one wavelength, chosen by the number of orders that propagate, and one of colours:
+//! There are two samplers of one wavelength, for few and for many orders, and one sampler of colours. *Orders* are the
+//! nodes whose centres belong to outgoing directions:
 //!
 //! - few orders: a loop over all orders, each with its own weight at the given incidence ([`orders`]);
 //! - many orders: weights averaged over bands of κ, in a summed-area table over a square of frequencies ([`square`]);
@@ -21,6 +23,9 @@
 //!
 //! All three return the zero vector for a sample below the horizon. None reaches every direction, so the lobes draw a
 //! small fraction of the samples uniformly over the hemisphere (`src/lobe/mixture.rs`).
+//!
+//! Evaluators are generic over a family of numbers `N` (`src/numeric`). An `N::Real` is one number, a SIMD vector or a
+//! traced variable; `N::Double` has double precision. Results are zero where the mask `active` is false.
 
 mod colour;
 mod orders;
@@ -39,14 +44,14 @@ pub use square::{SquareAxis, SquareLayout};
 
 /// Largest number of propagating orders for which a relief that varies along one axis only is sampled by [`orders`].
 ///
-/// Ten orders take about as long as a sample from a [`square`]. But sample weights of gratings have a relative standard
-/// deviation of 2 with a square, 0.2 with orders. Larger values reduce the variance of more gratings, at the cost of
-/// time.
+/// A loop over ten orders takes about as long as a sample from a [`square`]. But sample weights of gratings have a
+/// relative standard deviation of 2 with a square, 0.2 with orders. Larger values reduce the variance of gratings with
+/// more orders, at the cost of time; smaller ones do the opposite.
 const GRATING_ORDERS_MAX: f64 = 160.0;
 /// Largest number of propagating orders for which any other relief is sampled by [`orders`].
 ///
-/// Smaller than [`GRATING_ORDERS_MAX`], because sample weights of crossed gratings have a relative standard deviation
-/// of only 0.66 with a square.
+/// Smaller than [`GRATING_ORDERS_MAX`], because sample weights of reliefs that vary along both axes have a relative
+/// standard deviation of only 0.66 with a square, so that orders gain less.
 const CROSSED_ORDERS_MAX: f64 = 40.0;
 
 /// The sampler of one surface at single wavelengths: a layout and its table data.
@@ -208,8 +213,8 @@ impl SamplerLayout {
     }
 }
 
-/// Power of a node at the κ of a curve. `record` holds the node's power or amplitude over κ ([`SpectralTable`]).
-/// Negative powers, where a spline undershoots, become 0.
+/// Power of a node at one κ, for which `curve` was prepared. `record` holds the node's power or amplitude over κ
+/// ([`SpectralTable`]). Negative powers, where a spline undershoots, become 0.
 fn node_power(table: &SpectralTable, curve: &NodeCurve, record: &[f32]) -> f64 {
     match table.quantity() {
         NodeQuantity::Power => curve.power(record).max(0.0),

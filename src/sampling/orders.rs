@@ -1,27 +1,33 @@
-//! Sampler for surfaces of few orders: a loop over every order that may propagate.
+//! Sampler for surfaces of few orders: a loop over every order that may propagate, which means leave above the horizon.
 //!
-//! An order `j = (jx, jy)` of a lattice of periods `(dx, dy)` is a Gaussian about its centre:
+//! Orders are the nodes of the spectral table's lattice of frequencies. Of a relief that repeats they are usually its
+//! diffraction orders. On a lattice of the periods `(dx, dy)`, order `j = (jx, jy)` is a Gaussian about its centre:
 //!
 //! ```text
+//! λ, wi                                 wavelength; unit vector to the light, at the angle θi from the normal z
 //! f_j = (jx/dx, jy/dy)                  frequency, in cycles/µm
-//! o_j = λ f_j − wi_xy                   tangential part of the outgoing centre
+//! o_j = λ f_j − wi_xy                   tangential part of the outgoing centre, which has the angle θ_j
 //! κ_j = 2π (cosθi + cosθ_j)/λ           phase rate at the centre, in rad/µm; cos²θ_j = 1 − |o_j|²
 //! P_j(κ)                                power of the order
 //! W_j = P_j(κ_j) · G_j · V_j            weight
-//! G_j = (|λf_j|² + w²)²/(w² cosθ_j)     4 O cosθi for Stam's factor O, with w = cosθi + cosθ_j; 1/w² at a transparent
-//!                                       body; 1 for other factors
+//! G_j = (|λf_j|² + w²)²/(w² cosθ_j)     4 O cosθi for Stam's obliquity factor O, with w = cosθi + cosθ_j; 1/w² at a
+//!                                       transparent body; 1 for other obliquity factors
 //! V_j                                   approximate fraction of the Gaussian above the horizon
 //! ```
 //!
 //! A sample chooses an order with probability `W_j/ΣW`, then a normally distributed offset from its centre along each
-//! axis, with a standard deviation of `sigma` orders. The powers `P_j` are tabulated over uniform intervals in κ and
-//! interpolated linearly. In code, the *numbers* of an order are jx and jy; its *indices*, which count from 0, are the
-//! numbers plus `origin`.
+//! axis. The offset has a standard deviation of `sigma`, in multiples of the distance between orders. The powers `P_j`
+//! are tabulated over uniform intervals in κ and interpolated linearly. In code, an order's *number* along an axis is
+//! jx or jy; its *index*, which counts from 0, is the number plus `origin`.
 //!
-//! A [`Passage`] holds the incident wave vector, `tangential` and `normal`, and the side on which light leaves. Lengths
-//! of wave vectors are in units of the wave number in the tables' medium. Tangential parts of light from or to below
-//! the relief are reversed, by the sign `turn`. A [`Reading`] holds the wavelength; for a resized relief, also another
-//! wavelength for κ_j, and a factor by which orders are narrower than `sigma`.
+//! A [`Passage`] holds the incident wave vector, `tangential` and `normal`, and the side on which light leaves.
+//! Lengths of wave vectors are in units of the wave number in the tables' medium: air, a cover or a transparent body.
+//! Tangential parts of light from or to below the relief are negated, by the sign `turn`. A [`Reading`] holds the
+//! wavelength; for a resized relief, also another wavelength for κ_j, and a factor by which orders are narrower than
+//! `sigma`.
+//!
+//! `N` is a family of numbers (`src/numeric`): an `N::Real` is one number, a SIMD vector or a traced variable, and
+//! `lit` makes a constant.
 
 use super::node_power;
 use crate::numeric::math::{GAUSSIAN_REACH, NORMAL_QUANTILE_MAX, bf16_pair, normal_quantile};
@@ -31,22 +37,26 @@ use crate::table::{LatticeAxis, NodeCurve, SpectralTable};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Smallest number of intervals in κ. Between it and [`INTERVALS_MAX`] the number is that of the spectral table's knot
-/// intervals. Chosen: without it, the standard deviation of sample weights of the preset `lamellar` rises by 7 %.
+/// Smallest number of intervals in κ. Between this bound and [`INTERVALS_MAX`] there are as many intervals as between
+/// knots of the spectral table's splines. Chosen: without the bound, the standard deviation of sample weights of the
+/// preset `lamellar` rises by 7 %. A larger bound takes more memory.
 const INTERVALS_MIN: usize = 32;
-/// Largest number of intervals in κ. Chosen to bound the size of the table, to 512 bytes per order.
+/// Largest number of intervals in κ. Chosen to bound the size of the table, to 512 bytes per order. A smaller bound
+/// blurs the powers of deep reliefs over κ, which adds variance.
 const INTERVALS_MAX: usize = 128;
 /// Number of quadrature points (midpoints) per interval at which powers are averaged. Chosen; results hardly depend on
-/// it.
+/// it. More points lengthen the build.
 const POINTS_PER_INTERVAL: usize = 8;
-/// Squared width of the smooth step `V_j` across the horizon: the step's width in cos²θ, per standard deviation of the
-/// order in direction cosines.
+/// Squared width of the smooth step `V_j` across the horizon. The width is that in cos²θ, divided by the standard
+/// deviation of the order in direction cosines.
 ///
-/// With this width the step deviates from the Gaussian's integral by up to 0.018; with the best one, by 0.016. The step
-/// is an algebraic function, since it is evaluated for every order.
+/// `V_j` approximates the integral of the order's Gaussian above the horizon by an algebraic function, which is quick
+/// enough to be evaluated for every order. With this round number the error is at most 0.018; with the best width it
+/// would be 0.016.
 const HORIZON_WIDTH_SQUARED: f64 = 12.0;
-/// Smallest cos²θ of an order's centre, in standard deviations of the order in direction cosines. Chosen to be typical
-/// of the part above the horizon of an order whose centre lies below it. It keeps weights of grazing orders finite.
+/// Smallest cos²θ of an order's centre, divided by the order's standard deviation in direction cosines. It keeps
+/// weights of grazing orders finite. Chosen to be typical of the directions above the horizon in an order whose centre
+/// lies below it. Larger values give grazing orders too few samples, smaller ones too many.
 const COS_SQUARED_MIN: f64 = 0.25;
 
 /// Layout of the table data of [`OrdersView`].
@@ -108,7 +118,7 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> 
         .map(|i| NodeCurve::new(table, (i as f64 + 0.5) / POINTS_PER_INTERVAL as f64 * interval_width))
         .collect();
     let mut words = vec![0u32; intervals * (axes[0].nodes * axes[1].nodes) as usize];
-    // `record` holds the power or amplitude of an order over κ.
+    // `record` holds the spline of an order's power or amplitude over κ.
     for (jx, jy, record) in table.kept_nodes() {
         let f = [jx as f64 / axes[0].period_um, jy as f64 / axes[1].period_um];
         // The power is zero where the relief's pixels do not resolve the frequency.
@@ -129,9 +139,11 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> 
 }
 
 /// Power of an order at the end of an interval, from its powers at the quadrature points of all intervals. `end` counts
-/// from 0, the lower end of the first interval. The power is a mean weighted by a tent of one interval to either side,
-/// or 0 where it is lost in the rounding of the sum over all orders, near 1. Subnormal numbers would slow processors
-/// down.
+/// from 0, the lower end of the first interval. The power is a mean, weighted by a tent that falls to zero one interval
+/// away on either side.
+///
+/// Powers too small to change the sum over all orders, which is near 1, become 0: subnormal numbers would slow
+/// processors down.
 fn power_at_end(powers: &[f64], end: usize) -> f64 {
     let (mut sum, mut weights) = (0.0, 0.0);
     let middle = end * POINTS_PER_INTERVAL;
@@ -156,7 +168,7 @@ pub(super) struct OrdersView<N: Numbers> {
 /// Quantities of an incidence and a wavelength that all orders share, and the range of the loop over the orders.
 #[derive(Clone, Copy)]
 struct Incidence<N: Numbers> {
-    /// The incident wave vector, and the side of outgoing ones.
+    /// The incident wave vector, and the side on which light leaves.
     passage: Passage<N>,
     /// Phase rate κ per unit of w, in rad/µm.
     kappa_per_w: N::Real,
@@ -172,7 +184,8 @@ struct Incidence<N: Numbers> {
     high: [N::Index; 2],
 }
 
-/// Position along an axis in orders, in two parts, so that distances from orders keep full precision.
+/// Position along an axis, in multiples of the distance between orders from order 0. It has two parts, so that
+/// distances from orders keep full precision.
 #[derive(Clone, Copy)]
 struct Position<N: Numbers> {
     /// Largest whole number that is at most the position.
@@ -183,7 +196,7 @@ struct Position<N: Numbers> {
 
 impl<N: Numbers> OrdersView<N> {
     /// Density of [`OrdersView::draw`] over the plane of tangential wave vectors; zero where `active` is false.
-    /// `outgoing` is a result of `draw`.
+    /// `outgoing` is a tangential outgoing wave vector as `draw` returns it.
     #[inline(always)]
     pub(super) fn density(
         &self,
@@ -195,7 +208,7 @@ impl<N: Numbers> OrdersView<N> {
         let lit = N::Real::lit;
         let incidence = self.incidence(passage, reading);
         let position = self.position(passage, outgoing, reading);
-        // ΣW over all orders. The text names the loop in kernels that are recorded for Mitsuba (`src/numeric`).
+        // ΣW over all orders. The text names the loop in the kernels of traced variables (`src/numeric`).
         let (_, total) = N::while_loop(
             c"Sum over orders",
             (incidence.low, lit(0.0)),
@@ -218,10 +231,10 @@ impl<N: Numbers> OrdersView<N> {
             },
         );
         // Peak of a normalised Gaussian per area of direction cosines: dx·dy/(2π·σx·σy·λ²), with σ in orders. Where a
-        // window narrows σ, `squared_um` includes its factor.
+        // resized relief narrows σ by a factor, `divisor_um2` includes it.
         let [x, y] = &self.layout.axes;
         let norm = x.period_um * y.period_um / (TAU * x.sigma * y.sigma);
-        let peak = lit(norm) / reading.squared_um();
+        let peak = lit(norm) / reading.divisor_um2();
         let has_weight = lit(0.0).lt(total) & active;
         let divisor = N::Real::select(has_weight, total, lit(1.0));
         N::Real::select(has_weight, peak * density / divisor, lit(0.0))
@@ -283,8 +296,8 @@ impl<N: Numbers> OrdersView<N> {
         let [x, y] = &self.layout.axes;
         let wavenumber = lit(1e3) / reading.wavelength_nm;
         let wavelength_um = reading.wavelength_nm * lit(1e-3);
-        // First index at or after the outgoing direction cosine ±reach (`side` is −1 or 1), moved outwards by
-        // GAUSSIAN_REACH.
+        // First index at or after the order that leaves at the direction cosine ±reach (`side` is −1 or 1), moved
+        // outwards by GAUSSIAN_REACH standard deviations.
         let edge = |i: usize, side: f64| {
             let axis = &self.layout.axes[i];
             let offset = lit(f64::from(axis.origin) + side * GAUSSIAN_REACH * axis.sigma);
@@ -294,7 +307,7 @@ impl<N: Numbers> OrdersView<N> {
         };
         let low = [0, 1].map(|i| edge(i, -1.0));
         let high = [0, 1].map(|i| edge(i, 1.0));
-        // The loop ends after the last row. Where there are no columns, no rows are left.
+        // The loop ends after the last row. Where there is no column, the range of rows is made empty, too.
         let has_orders = low[0].lt(high[0]) & low[1].lt(high[1]);
         let high = [high[0], N::Real::select(has_orders, high[1], low[1])];
         let sigma = reading.narrowed(wavelength_um) * lit((x.sigma / x.period_um).max(y.sigma / y.period_um));
@@ -309,7 +322,7 @@ impl<N: Numbers> OrdersView<N> {
         }
     }
 
-    /// Position of the frequency of a tangential outgoing wave vector along x and y, in orders.
+    /// Position along x and y of the frequency that belongs to a tangential outgoing wave vector.
     #[inline(always)]
     fn position(&self, passage: &Passage<N>, outgoing: [N::Double; 2], reading: &Reading<N>) -> [Position<N>; 2] {
         let nm = N::widen(reading.wavelength_nm);
@@ -322,17 +335,17 @@ impl<N: Numbers> OrdersView<N> {
         })
     }
 
-    /// Gaussian of the order with numbers `number` at a position; 1 at the order.
+    /// Gaussian of the order with the numbers `number` at a position; 1 at the order's centre.
     #[inline(always)]
     fn gaussian(&self, position: [Position<N>; 2], number: [N::Real; 2], reading: &Reading<N>) -> N::Real {
         let lit = N::Real::lit;
         let squared = [0, 1].map(|i| {
             let Position { whole, fraction } = position[i];
             let distance = (whole - number[i]) + fraction;
-            // Distance in standard deviations, which are smaller by the factor `window` where one is given.
-            let t = match reading.window {
+            // Distance in standard deviations. A resized relief may multiply the standard deviations by a factor.
+            let t = match reading.order_width_factor {
                 None => distance * lit(1.0 / self.layout.axes[i].sigma),
-                Some(window) => distance / (window * lit(self.layout.axes[i].sigma)),
+                Some(factor) => distance / (factor * lit(self.layout.axes[i].sigma)),
             };
             t * t
         });
@@ -345,8 +358,7 @@ impl<N: Numbers> OrdersView<N> {
         [0, 1].map(|i| N::real(j[i]) - N::Real::lit(f64::from(self.layout.axes[i].origin)))
     }
 
-    /// Weight `W_j` of the order with indices `j` and numbers `number`, before division by ΣW. Meaningless where
-    /// `active` is false.
+    /// Weight `W_j` of the order with indices `j` and numbers `number`. Meaningless where `active` is false.
     #[inline(always)]
     fn weight(&self, incidence: &Incidence<N>, j: [N::Index; 2], number: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
@@ -361,7 +373,7 @@ impl<N: Numbers> OrdersView<N> {
         // Outgoing normal component, from the squared length of outgoing wave vectors (1 in the tables' medium).
         let cos_o = (passage.outgoing_squared - sin_squared).max(incidence.cos_squared_min).sqrt();
         let w = passage.normal + cos_o;
-        // Through a transparent body `normal` is negative, and w may vanish.
+        // In transmission through a body `normal` is negative, so w may vanish.
         let w = passage.divisor_min.map_or(w, |least| w.abs().max(lit(least)));
         // κ_j in intervals.
         let position = w * incidence.kappa_per_w * lit(self.layout.intervals_per_kappa);
@@ -388,7 +400,7 @@ impl<N: Numbers> OrdersView<N> {
 }
 
 impl<N: Numbers> Incidence<N> {
-    /// Narrows the loop to the orders from which a sample may reach a position along x and y.
+    /// The loop over those orders alone whose samples may reach a position along x and y.
     #[inline(always)]
     fn near(&self, axes: &[OrdersAxis; 2], position: [Position<N>; 2]) -> Self {
         let lit = N::Real::lit;
@@ -400,12 +412,13 @@ impl<N: Numbers> Incidence<N> {
         };
         let low = [0, 1].map(|i| self.low[i].max(edge(i, -NORMAL_QUANTILE_MAX * axes[i].sigma)));
         let high = [0, 1].map(|i| self.high[i].min(edge(i, NORMAL_QUANTILE_MAX * axes[i].sigma)));
-        // As in `incidence`, no rows are left where there are no columns.
+        // Where there is no column, the range of rows is made empty, too.
         let high = [high[0], N::Index::select(low[0].lt(high[0]), high[1], low[1])];
         Self { low, high, ..*self }
     }
 
-    /// Whether the indices lie before the end of the loop, which `next` leaves at the end of the last row.
+    /// Whether the indices are those of an order within the loop: [`Incidence::next`] goes on to the row after the
+    /// last.
     #[inline(always)]
     fn has(&self, j: [N::Index; 2], active: N::Mask) -> N::Mask {
         j[1].lt(self.high[1]) & active
@@ -420,10 +433,11 @@ impl<N: Numbers> Incidence<N> {
     }
 }
 
-/// The fraction `V_j` of a Gaussian above the horizon: a smooth step in s with the squared width r.
+/// The fraction `V_j` of a Gaussian above the horizon: a smooth step from 0 at negative `s` to 1 at positive `s`, with
+/// the squared width `r`. `s` is the squared reach minus sin²θ of the centre.
 ///
-/// It is a smoothstep of `a = (1 + s/√(s² + r))/2`. The smaller of a and 1 − a is computed without cancellation, as
-/// `(r/2)/(√(s² + r)·(√(s² + r) + |s|))`.
+/// The step is `a²·(3 − 2a)` with `a = (1 + s/√(s² + r))/2`. The smaller of a and 1 − a is computed as
+/// `(r/2)/(√(s² + r)·(√(s² + r) + |s|))`, without a difference of nearly equal numbers.
 #[inline(always)]
 fn visible_fraction<R: Real>(s: R, r: R) -> R {
     let lit = R::lit;

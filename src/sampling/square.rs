@@ -1,23 +1,26 @@
 //! Sampler for surfaces of many orders: a summed-area table over a square of frequencies.
 //!
 //! ```text
+//! wi, wo                                unit vectors away from the surface, at the angles θi and θo from the normal z
+//! λ                                     wavelength
 //! f = (wi + wo)_xy/λ                    frequency, in cycles/µm
 //! κ = 2πk,  k = (cosθi + cosθo)/λ       phase rate κ in rad/µm; k in cycles/µm
-//! P_j(κ), f_j                           power and frequency of node j
+//! P_j(κ), f_j                           power and frequency of node j of the spectral table
+//! S                                     power spectrum: sum of the P_j, each times a Gaussian about f_j
 //! G(f; k) = (|f|² + k²)²/k²             for Stam's obliquity factor O, where λ²G = 4 O cosθi cosθo
 //! G = 1                                 for other obliquity factors
-//! M_jb = mean of P_j(κ)·G(f_j; κ/2π) over band b     mass of node j, for BANDS = 4 uniform bands of κ
-//! M_j  = (1 − t) M_jb + t M_j(b+1)      mass at a typical κ of the incidence, at the fraction t from the centre of
-//!                                       band b to that of band b + 1
+//! M_jb = mean of P_j(κ)·G(f_j; κ/2π) over band b     mass of node j, for BANDS = 4 equal bands of κ
+//! M_j  = (1 − t) M_jb + t M_j(b+1)      mass at a typical κ of the incidence, at the fraction t of the way from the
+//!                                       centre of band b to that of band b + 1
 //! ```
 //!
 //! The power reflected into `df` is proportional to `S·G/cosθo` at one incidence. The density follows `S·G`. Three
 //! sources of variance of the sample weights remain: `1/cosθo`, the variation of `P_j` within a band, and the
 //! division of the reflectance by its albedo.
 //!
-//! Propagating frequencies fill a disc of radius 1/λ about `wi_xy/λ`. Nodes are drawn from the square around the disc,
-//! since a [`SummedArea`] yields the mass of any rectangle in four reads. Samples in the square's corners are no
-//! directions and are rejected.
+//! Frequencies of outgoing directions fill a disc of radius 1/λ about `wi_xy/λ`. Nodes are drawn from the square
+//! around the disc, since a [`SummedArea`] yields the mass of any rectangle in four reads. Samples in the corners of
+//! the square belong to no direction and are rejected.
 //!
 //! A sample is a node plus an offset along each axis. Where the Gaussian of a node is narrow, the offset is normal.
 //! Where it is wide, the Gaussian is approximated by a sum of tents at the nodes around. A tent has the density
@@ -27,7 +30,8 @@
 //! In the evaluator, masses are whole *counts* times a unit of mass per band (`summed_area`). Results are zero where
 //! the mask `active` is false. A *reach* is a bound: of a [`LatticeAxis`] on node numbers, of a [`SquareAxis`] on
 //! offsets in nodes, and of [`SquareLayout`] and [`Passage`] on outgoing direction cosines. A [`Passage`] has the
-//! incident wave vector, a [`Reading`] the wavelengths for f and for κ.
+//! incident wave vector, a [`Reading`] the wavelengths for f and for κ. `N` is a family of numbers (`src/numeric`): an
+//! `N::Real` is one number, a SIMD vector or a traced variable, and `lit` makes a constant.
 
 use super::node_power;
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
@@ -42,14 +46,15 @@ use std::f64::consts::{LOG2_E, TAU};
 
 /// Smallest standard deviation of a node's Gaussian, in nodes, at which a sum of tents approximates the Gaussian.
 ///
-/// Below it a density reads up to [`TAPS_MAX`] nodes along an axis for the Gaussian itself; with tents it reads two.
-/// The relative variance of sample weights that tents add along an axis is 8 % at this width and below 1 % from 0.9 on.
-/// Chosen: smaller values save reads; larger ones reduce the variance.
+/// For narrower Gaussians a density reads up to [`TAPS_MAX`] nodes along an axis; with tents it reads two. Tents add a
+/// relative variance of sample weights along an axis, 8 % at this width and below 1 % from 0.9 on. Chosen: smaller
+/// values save reads; larger ones reduce the variance.
 const TENTS_FROM_SIGMA: f64 = 0.35;
 /// Largest number of nodes along an axis that a density reads: two to either side, for the widest Gaussian that is not
 /// approximated by tents.
 const TAPS_MAX: usize = 2 * ((NORMAL_QUANTILE_MAX * TENTS_FROM_SIGMA) as usize + 1);
-/// Bound on the quadrature points of a whole table, all nodes and bands together. Chosen to bound the build time.
+/// Bound on the quadrature points of a whole table, all nodes and bands together. Chosen to bound the build time; a
+/// smaller bound makes the means over bands of large tables less accurate, which adds variance.
 const TABLE_POINTS_MAX: usize = 20_000_000;
 
 /// One axis of the lattice of nodes, and the density of a sample's offset from its node along it.
@@ -61,7 +66,8 @@ pub struct SquareAxis {
     pub origin: u32,
     /// Standard deviation of a Gaussian offset in nodes, or `None` for a tent of one node to either side.
     pub sigma: Option<f64>,
-    /// Number of nodes that a density reads: 2 with tents, an even number with Gaussians, 1 on an axis of one node.
+    /// Number of nodes that a density reads (taps): 2 with tents, an even number with Gaussians, 1 on an axis of one
+    /// node.
     pub taps: u32,
     /// Largest offset of a sample from its node, in nodes.
     pub reach: f64,
@@ -84,7 +90,7 @@ impl SquareAxis {
     /// The axis for nodes whose Gaussians have a standard deviation of `sigma` nodes. Also returns the weights of the
     /// tents whose sum approximates a Gaussian, an odd number; a single weight of 1 where the Gaussian itself is drawn.
     fn new(axis: &LatticeAxis, sigma: f64) -> (Self, Vec<f32>) {
-        // One node of any width is read exactly, with one tap.
+        // A single node of any width is read exactly: the Gaussian of one node.
         let has_one_node = axis.nodes() == 1;
         if has_one_node || sigma < TENTS_FROM_SIGMA {
             let reach = NORMAL_QUANTILE_MAX * sigma;
@@ -125,8 +131,9 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> 
 /// Means of `P·G` over each band of κ, for every node that is stored, given by its numbers `[jx, jy]`. Zeros for
 /// frequencies that the pixels do not resolve.
 ///
-/// A node of frequency `f` propagates only for `κ ≤ √(κ_max² − (2π|f|)²)`. A mean is over these κ. A band without such
-/// κ repeats the mean of the band below. Where that mean is zero or missing, the band takes its first quadrature point.
+/// Pairs of directions at the frequency `f` of a node have `κ ≤ √(κ_max² − (2π|f|)²)`, since `|wi + wo| ≤ 2`. A mean is
+/// over these κ. A band without such κ repeats the mean of the band below. Where that mean is zero or missing, the band
+/// takes its first quadrature point.
 fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f32; BANDS])> {
     let nodes = table.kept_nodes();
     let band_width = table.kappa_max() / BANDS as f64;
@@ -152,8 +159,8 @@ fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f3
 }
 
 /// Means of `P·G` over each band of κ for a node of squared frequency `f_squared`. `bands` gives the quadrature points
-/// of each band in ascending order: k = κ/2π and the curve at this κ. [`band_means`] describes bands in which the node
-/// does not propagate.
+/// of each band in ascending order: k = κ/2π and the curve at this κ. [`band_means`] describes bands whose κ belong to
+/// no pair of directions.
 fn node_means<'a>(
     table: &SpectralTable,
     record: &[f32],
@@ -167,7 +174,7 @@ fn node_means<'a>(
     for (mean, band) in means.iter_mut().zip(bands) {
         let (mut sum, mut count) = (0.0, 0);
         for (k, curve) in band {
-            // The node does not propagate at this k or any larger one. A first point is kept if there is no mean yet.
+            // No pair of directions has this k or a larger one. The first point is kept if there is no mean yet.
             if k * k > k_max_squared && (count > 0 || last_mean > 0.0) {
                 break;
             }
@@ -206,7 +213,8 @@ struct Incidence<N: Numbers> {
 }
 
 impl<N: Numbers> SquareView<N> {
-    /// Density of [`Self::draw`] over the plane of tangential wave vectors, as in [`super::SamplerView::density`].
+    /// Density of [`Self::draw`] over the plane of tangential wave vectors, with the arguments of
+    /// [`super::SamplerView::density`].
     #[inline(always)]
     pub(super) fn density(
         &self,
@@ -218,7 +226,7 @@ impl<N: Numbers> SquareView<N> {
         let lit = N::Real::lit;
         let incidence = self.incidence(passage, reading, active);
         let nm = N::widen(reading.wavelength_nm);
-        // f in nodes, counted from the first.
+        // Position of f in nodes, counted from the first node of the axis.
         let position = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
             let f = (N::widen(passage.tangential[i]) + outgoing[i]) / nm;
@@ -294,7 +302,7 @@ impl<N: Numbers> SquareView<N> {
             (cosine * wavenumber).fma(lit(axis.period_um), lit(f64::from(axis.origin) + side * axis.reach))
         };
         let rectangle = self.areas().rectangle([0, 1].map(|i| edge(i, -1.0)), [0, 1].map(|i| edge(i, 1.0)));
-        // The wavelength for κ differs from that for frequencies where heights are resized.
+        // A resized relief has one wavelength for κ and another for frequencies.
         let kappa = passage.typical_w * lit(TAU * 1e3) / reading.for_kappa_nm();
         // Position in bands, counted from the centre of the first.
         let position = kappa.fma(lit(self.layout.bands_per_kappa), lit(-0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));
@@ -303,8 +311,9 @@ impl<N: Numbers> SquareView<N> {
         Incidence { rectangle, band: N::index(band), upper_fraction: position - band, counts }
     }
 
-    /// Nodes about a position along an axis, in nodes. Each entry is the index of a node and the density, per node, of
-    /// the offset from the node to the position. Only the first `axis.taps` entries count.
+    /// Nodes about a position along an axis (in nodes). Each entry is the index of a node, and the density of a
+    /// sample's offset where the offset takes the node to the position. The density is per node spacing. Only the
+    /// first `axis.taps` entries count.
     #[inline(always)]
     fn taps(&self, axis: &SquareAxis, position: N::Double) -> [(N::Double, N::Real); TAPS_MAX] {
         // An even number of taps lies half on either side of the position.
@@ -328,8 +337,8 @@ impl<N: Numbers> SquareView<N> {
 }
 
 impl<N: Numbers> Incidence<N> {
-    /// Masses in the two bands that are mixed, each times the band's fraction: 1 − t of the lower band, t of the upper.
-    /// `counts` are those in all bands, `unit` the masses of one count.
+    /// Masses in the two bands that are mixed, each times the band's fraction: 1 − t of the lower band, t of the upper
+    /// band. `counts` are the counts in all bands, `unit` the mass of one count in each.
     #[inline(always)]
     fn mixed_bands(&self, counts: [N::Real; BANDS], unit: [f32; BANDS]) -> [N::Real; 2] {
         let lit = N::Real::lit;

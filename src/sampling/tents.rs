@@ -1,7 +1,8 @@
-//! Sums of tents in place of the Gaussians of nodes, where these are wide compared with the spacing of nodes.
+//! Sums of tents that replace Gaussians about the nodes of a uniform lattice, where the Gaussians are wide compared
+//! with the spacing of nodes (`square.rs`).
 //!
 //! A tent at a node has the density `1 − |t|` of the offset t in node spacings, for t in [−1, 1]. A sum of tents is
-//! linear between nodes.
+//! linear between nodes, so its value at any position needs two nodes per axis.
 
 use super::summed_area::BANDS;
 use crate::numeric::Real;
@@ -11,12 +12,13 @@ use rayon::prelude::*;
 /// Weights of tents at the nodes from −n to n whose sum `p` approximates the Gaussian `g` of standard deviation `sigma`
 /// in nodes. They sum to 1.
 ///
-/// They minimise `∫ g²/p`, which is one more than the variance of the sample weight `g/p`, by multiplicative gradient
-/// steps, which keep weights positive. `sigma` is positive.
+/// They minimise `∫ g²/p`, which is one more than the variance of the sample weight `g/p`. Each step multiplies the
+/// weights by a function of the gradient, which keeps them positive. `sigma` is positive.
 pub(super) fn tent_weights(sigma: f64) -> Vec<f32> {
-    /// Midpoints per node of the integral. Chosen; with 64, weights change by up to 1.5e-3.
+    /// Midpoints per node of the integral. Chosen: with 64, weights change by up to 1.5e-3, and the build takes longer.
     const STEPS: usize = 16;
-    /// Number of gradient steps. Chosen; from the 21st on, no weight changes by more than 1e-7.
+    /// Number of gradient steps. Chosen: from the 21st on, no weight changes by more than 1e-7. The many others take
+    /// outer weights that tend to zero below [`NEGLIGIBLE_WEIGHT`], where they are dropped.
     const ROUNDS: usize = 300;
     /// Weight below which an outer tent is dropped. Weights of the minimum are above 1e-8; others fall towards zero.
     const NEGLIGIBLE_WEIGHT: f64 = 1e-12;
@@ -38,7 +40,8 @@ pub(super) fn tent_weights(sigma: f64) -> Vec<f32> {
             gradient[k] += (1.0 - t) * ratio;
             gradient[k + 1] += t * ratio;
         }
-        // The root makes each step minimise an upper bound that meets the integral at the previous weights.
+        // The root makes each step minimise an upper bound of the integral that equals it at the previous weights, so
+        // no step raises the integral.
         weights.iter_mut().zip(&gradient).for_each(|(weight, slope)| *weight *= slope.sqrt());
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|weight| *weight /= sum);

@@ -2,18 +2,21 @@
 //! (docs/model.md#covers-and-relative-sizes).
 //!
 //! ```text
-//! n          refractive index of the cover
-//! x, x'      tangential part of a direction outside and inside (wi and wi'): x' = x/n (Snell's law)
-//! T(θ)       Fresnel transmittance of the cover's flat side
+//! n          refractive index of the cover, relative to the air outside
+//! w, w'      unit vector of a direction outside and inside, away from the relief
+//! θ, θ'      angles of w and w' from the normal z
+//! x, x'      tangential parts of w and w': x' = x/n (Snell's law)
+//! T(θ)       Fresnel transmittance of the cover's flat side for unpolarised light
 //! f_out      T(θi)·T(θo)/n² · f_in(wi', wo', λ/n)     reflectance outside, from that inside the cover
 //! ```
 //!
 //! The factor 1/n² is the change of radiance where light leaves the cover.
 //!
 //! Inside the cover, light of the wavelength λ/n meets the bare relief. The relief magnified n times scatters light of
-//! the wavelength λ into the same directions. [`Cover`] therefore goes with tables of the magnified relief, coherence
-//! window included, and with indices relative to the cover's. `f_in` is the magnified relief's reflectance: a density
-//! over solid angle does not change with size. Light that is reflected repeatedly inside the cover is left out.
+//! the wavelength λ into the same directions. A [`Cover`] therefore needs tables of the magnified relief, built with a
+//! coherence window that is magnified, too, and with indices relative to that of the cover. `f_in` is the reflectance
+//! of the magnified relief: a density over solid angle does not change with size. Light that is reflected repeatedly
+//! inside the cover is left out.
 
 use super::{ComplexIndex, Pair, SpectralIndex, Vec3, direction_above};
 
@@ -24,7 +27,9 @@ use super::{ComplexIndex, Pair, SpectralIndex, Vec3, direction_above};
 ///
 /// let cover = Cover::new(1.5);
 /// let wi = [0.6, 0.0, 0.8];
+/// // Snell's law: 0.6/1.5.
 /// assert!((cover.inside(wi)[0] - 0.4).abs() < 1e-15);
+/// // At normal incidence: 1 − ((n − 1)/(n + 1))².
 /// assert!((cover.transmittance([0.0, 0.0, 1.0]) - 0.96).abs() < 1e-12);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +50,7 @@ impl Cover {
 
     /// Direction inside the cover of light that has the direction `w` outside.
     pub fn inside(self, [x, y, z]: Vec3) -> Vec3 {
-        // n·cosθ', since n² cos²θ' = n² − sin²θ = (n² − 1) + cos²θ.
+        // n·cosθ', since n² cos²θ' = n² − sin²θ = (n² − 1) + cos²θ, where z is cosθ.
         let normal = (self.eta * self.eta - 1.0 + z * z).sqrt();
         [x, y, normal].map(|c| c / self.eta)
     }
@@ -76,16 +81,16 @@ impl Cover {
     }
 }
 
-/// A pair of directions inside a cover, by which tables are read, with the factors that the cover contributes.
+/// A pair of directions inside a cover, with which tables are read, and the factors that the cover contributes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inside {
     /// Incident direction inside.
     pub wi: Vec3,
     /// Outgoing direction inside.
     pub wo: Vec3,
-    /// Factor on the reflectance inside, which gives that outside.
+    /// Reflectance outside per reflectance inside ([`Cover::factor`]).
     pub factor: f64,
-    /// Factor on the density of samples over solid angle inside, which gives that outside.
+    /// Density of a sampled `wo` over solid angle outside, per density inside ([`Cover::solid_angle_ratio`]).
     pub density: f64,
 }
 

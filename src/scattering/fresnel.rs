@@ -2,13 +2,17 @@
 //! for every family of numbers.
 //!
 //! ```text
-//! θ     angle of incidence, in air
-//! ε     squared index (eta + i·k)² of the medium below
-//! t     √(ε − sin²θ) = a + ib, normal component of the transmitted wave vector over the wave number in air
+//! θ     angle of incidence, in the medium above: air or a cover
+//! ε     squared index (eta + i·k)² of the medium below, relative to that above
+//! t     √(ε − sin²θ) = a + ib, normal component of the transmitted wave vector over the wave number above
+//! s, p  polarisation states: electric field perpendicular to the plane of incidence, and within it
 //! r_s   (cosθ − t)/(cosθ + t)
 //! r_p   (ε cosθ − t)/(ε cosθ + t) = −r_s · (t cosθ − sin²θ)/(t cosθ + sin²θ)
-//! R     (|r_s|² + |r_p|²)/2
+//! R     (|r_s|² + |r_p|²)/2, the reflectance
 //! ```
+//!
+//! In code, `R: Real` is not the reflectance but a type of numbers: single ones, SIMD vectors or traced variables
+//! (`src/numeric`). `lit` makes a constant.
 
 use super::ComplexIndex;
 use super::small_slope::SQUARED_MODULUS_MIN;
@@ -39,7 +43,7 @@ pub fn fresnel_unpolarised(cos_theta: f64, index: ComplexIndex) -> f64 {
     (0.5 * (r_s.norm_sqr() + r_p.norm_sqr())).clamp(0.0, 1.0)
 }
 
-/// [`fresnel_unpolarised`] for every family of numbers, in real arithmetic.
+/// [`fresnel_unpolarised`] for every type of numbers, in real arithmetic, since the types have no complex numbers.
 #[inline(always)]
 pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
     let lit = R::lit;
@@ -48,13 +52,14 @@ pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
     let sin_squared = lit(1.0) - cos_squared;
     let (a, b) = transmitted_normal(sin_squared, index);
     let b_squared = b * b;
-    // |(x − y)/(x + y)|² from the real parts `difference` and `sum`, and the square of the imaginary parts, which are
-    // opposite. Squares of differences do not cancel for indices near one, as differences of squares would. Equal media
-    // at grazing incidence would give 0/0; the bound on the divisor makes it 0.
+    // |(x − y)/(x + y)|² of a real x and a complex y. `difference` and `sum` are the real parts of x − y and x + y up
+    // to sign; both have the same squared imaginary part. Squares of differences keep their digits for indices near
+    // one, unlike differences of squares. Equal media at grazing incidence would give 0/0; the bound on the divisor
+    // makes it 0.
     let ratio = |difference: R, sum: R, imaginary_squared: R| {
         difference.fma(difference, imaginary_squared) / sum.fma(sum, imaginary_squared).max(lit(SQUARED_MODULUS_MIN))
     };
-    // |r_s|², and |r_p|²/|r_s|².
+    // |r_s|² with x = cosθ and y = t, and |r_p|²/|r_s|² with x = sin²θ and y = t·cosθ.
     let s = ratio(cos - a, cos + a, b_squared);
     let p_over_s = ratio(a.fma(cos, -sin_squared), a.fma(cos, sin_squared), b_squared * cos_squared);
     (s * lit(0.5)).fma(p_over_s, s * lit(0.5)).min(lit(1.0))
@@ -67,8 +72,8 @@ pub(super) fn transmitted_normal<R: Real>(sin_squared: R, ComplexIndex { eta, k 
     // Real part of t², a² − b²; the imaginary part is 2ab = 2·eta·k.
     let real = lit(eta * eta - k * k) - sin_squared;
     let length = real.fma(real, lit(4.0 * eta * eta * k * k)).sqrt();
-    // The larger of a and b is √((|t²| + |a² − b²|)/2), without cancellation; the smaller follows from the product ab.
-    // For t = 0 it is 0 by the bound on the divisor.
+    // The larger of a and b is √((|t²| + |a² − b²|)/2), a sum of positive terms; the smaller follows from the product
+    // ab. For t = 0 the bound on the divisor makes the smaller 0.
     let larger = ((length + real.abs()) * lit(0.5)).sqrt();
     let smaller = lit(eta * k) / larger.max(lit(SQUARED_MODULUS_MIN.sqrt()));
     let is_b_larger = real.lt(lit(0.0));

@@ -1,7 +1,11 @@
 //! Directions, and the factors O (obliquity) and M (shadowing) of a pair of them (docs/model.md#the-reflectance).
 //!
-//! `wi` and `wo` are unit vectors towards the light and the viewer, at the angles θi and θo from the normal. Both
-//! factors follow from the scattering vector `q = wi + wo = (u, v, w)` and the two cosines, since `1 + wi·wo = |q|²/2`.
+//! `wi` and `wo` are unit vectors towards the light and the viewer, at the angles θi and θo from the normal z. Their
+//! half vector is the unit vector along `wi + wo`. Both factors follow from the scattering vector
+//! `q = wi + wo = (u, v, w)` and the two cosines, since `1 + wi·wo = |q|²/2`.
+//!
+//! Functions over `R: Real` serve single numbers, SIMD vectors and traced variables (`src/numeric`); `R::lit` makes a
+//! constant.
 
 use super::ComplexIndex;
 use super::fresnel::fresnel_unpolarised;
@@ -12,8 +16,8 @@ use serde::{Deserialize, Serialize};
 /// A direction in the local frame (docs/model.md#conventions), of unit length.
 pub type Vec3 = [f64; 3];
 
-/// Accepted deviation of a given direction's length from 1. Chosen: directions printed with four digits pass, and
-/// larger deviations are taken for mistakes.
+/// Accepted deviation of a given direction's length from 1. Chosen: directions printed with four digits pass. A larger
+/// value would accept vectors that were not meant to be normalised; a smaller one would refuse rounded directions.
 pub const LENGTH_TOLERANCE: f64 = 1e-3;
 
 /// Reason why three numbers are no direction. The caller prints the message after the parameter's name.
@@ -55,8 +59,9 @@ pub enum Obliquity {
     SmallSlope,
 }
 
-/// Smallest cosine with the normal; smaller ones are raised to it. Chosen: products of reciprocal cosines stay finite
-/// in single precision, and the direction with this cosine is an invisible 0.000 006° above the horizon.
+/// Smallest cosine with the normal, to which smaller cosines are raised. Chosen: products of reciprocal cosines stay
+/// finite in single precision, and the direction with this cosine is an invisible 0.000 006° above the horizon. A
+/// larger value would change more grazing directions.
 pub(crate) const COSINE_MIN: f64 = 1e-7;
 
 /// A pair of directions above the surface: scattering vector `(u, v, w)` and cosines.
@@ -93,7 +98,7 @@ impl Pair {
         Some(Self { u: wi[0] + wo[0], v: wi[1] + wo[1], w: cos_i + cos_o, cos_i, cos_o })
     }
 
-    /// `|wi + wo|²`: 4 for equal directions, 0 for opposite ones.
+    /// `|wi + wo|²`: 4 for equal directions, 0 for opposite directions.
     pub fn sum_squared(&self) -> f64 {
         squared([self.u, self.v, self.w])
     }
@@ -123,13 +128,13 @@ impl Pair {
         obliquity(kind, [self.u, self.v, self.w], [self.cos_i, self.cos_o])
     }
 
-    /// The V-cavity factor M of shadowing and masking, at most 1.
+    /// The factor M of shadowing and masking by V-shaped grooves, at most 1.
     pub fn shadowing(&self) -> f64 {
         shadowing([self.u, self.v, self.w], [self.cos_i, self.cos_o])
     }
 }
 
-/// `O·M`: the obliquity factor, times the V-cavity factor if `has_shadowing`.
+/// `O·M`: the obliquity factor of the scattering vector `q` and the two cosines, times M if `has_shadowing`.
 #[inline(always)]
 pub(crate) fn angular_factor<R: Real>(kind: Obliquity, has_shadowing: bool, q: [R; 3], cosines: [R; 2]) -> R {
     let factor = obliquity(kind, q, cosines);
@@ -149,21 +154,22 @@ fn obliquity<R: Real>(kind: Obliquity, q: [R; 3], cosines: [R; 2]) -> R {
     match kind {
         Obliquity::Unit | Obliquity::SmallSlope => R::lit(1.0),
         Obliquity::Stam => {
-            // (1 + wi·wo)/w.
+            // (1 + wi·wo)/w = |q|²/(2w).
             let ratio = squared(q) / (q[2] + q[2]);
             ratio * ratio / (cosines[0] * cosines[1])
         }
     }
 }
 
-/// The V-cavity factor M of shadowing and masking (Stam 1999, appendix), with the normal n and the half vector h:
-/// `min(1, 2 h·n wo·n / wo·h, 2 h·n wi·n / wo·h)`. Here `h·n = w/|q|` and `wi·h = wo·h = |q|/2`.
+/// The factor M: the fraction of V-shaped grooves that is lit and visible (Stam 1999, appendix). With the normal n and
+/// the half vector h it is `min(1, 2 h·n wo·n / wo·h, 2 h·n wi·n / wo·h)`. Here `h·n = w/|q|` and
+/// `wi·h = wo·h = |q|/2`.
 #[inline(always)]
 fn shadowing<R: Real>(q: [R; 3], cosines: [R; 2]) -> R {
     (R::lit(4.0) * q[2] * cosines[0].min(cosines[1]) / squared(q)).min(R::lit(1.0))
 }
 
-/// `|q|²`, which equals `2(1 + wi·wo)` for `q = wi + wo` but does not cancel for opposite grazing directions.
+/// `|q|²`. For `q = wi + wo` it equals `2(1 + wi·wo)`, but unlike that sum it loses no digits where `wi·wo` is near −1.
 #[inline(always)]
 pub(super) fn squared<R: Real>(q: [R; 3]) -> R {
     q[0] * q[0] + q[1] * q[1] + q[2] * q[2]

@@ -1,8 +1,8 @@
-//! Complex refractive indices, constant or by wavelength.
+//! Complex refractive indices, constant or by wavelength. Waves are `exp(−iωt)`, so an absorbing medium has k > 0.
 
 use serde::{Deserialize, Serialize};
 
-/// Complex refractive index `eta + i k` of the medium below the surface, relative to the medium above.
+/// Complex refractive index `eta + i k` of the medium below the surface, relative to the medium above: air or a cover.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ComplexIndex {
     /// Real part, positive.
@@ -11,8 +11,9 @@ pub struct ComplexIndex {
     pub k: f64,
 }
 
-/// Largest `k/eta` of a dielectric. Chosen: keratin with melanin stays below 0.05, metals lie above 0.7. A larger value
-/// would count strong absorbers as dielectrics, and dielectrics have the small-slope factor by default.
+/// Largest `k/eta` of a dielectric. Chosen: keratin with melanin stays below 0.05, metals lie above 0.7. Dielectrics
+/// have the small-slope factor by default. A larger value would give it to strong absorbers; a value below 0.05 would
+/// deny it to pigmented keratin.
 const DIELECTRIC_MAX: f64 = 0.1;
 
 impl ComplexIndex {
@@ -47,7 +48,9 @@ pub enum SpectralIndex {
 pub enum SpectralIndexError {
     #[error("an index by wavelength needs at least one sample")]
     Empty,
-    #[error("the wavelengths of an index must be finite and rise: {before_nm} nm is followed by {after_nm} nm")]
+    #[error("the wavelengths of an index must be finite, but one is {wavelength_nm} nm")]
+    NotFinite { wavelength_nm: f64 },
+    #[error("the wavelengths of an index must rise: {before_nm} nm is followed by {after_nm} nm")]
     Order { before_nm: f64, after_nm: f64 },
     #[error(
         "the index at {wavelength_nm} nm is {eta} + {k}i; eta must be positive and finite, k finite and not negative"
@@ -66,7 +69,10 @@ impl SpectralIndex {
         }
         let mut before_nm = f64::NEG_INFINITY;
         for &(wavelength_nm, ComplexIndex { eta, k }) in &samples {
-            if !(wavelength_nm.is_finite() && wavelength_nm > before_nm) {
+            if !wavelength_nm.is_finite() {
+                return Err(SpectralIndexError::NotFinite { wavelength_nm });
+            }
+            if wavelength_nm <= before_nm {
                 return Err(SpectralIndexError::Order { before_nm, after_nm: wavelength_nm });
             }
             if !(eta.is_finite() && eta > 0.0 && k.is_finite() && k >= 0.0) {
@@ -91,7 +97,8 @@ impl SpectralIndex {
             Self::Constant(index) => return *index,
             Self::Sampled(samples) => samples,
         };
-        // The wavelength lies between the samples `below` and `above`. Beyond the ends, one of the two is missing.
+        // The wavelength lies between the samples `below` and `samples[above]`. Beyond the ends, one of both is
+        // missing.
         let above = samples.partition_point(|(nm, _)| *nm < wavelength_nm);
         let below = above.checked_sub(1).and_then(|i| samples.get(i));
         let (Some(&(low_nm, low)), Some(&(high_nm, high))) = (below, samples.get(above)) else {
@@ -117,6 +124,8 @@ mod tests {
         }
         assert_eq!(SpectralIndex::sampled(vec![]), Err(SpectralIndexError::Empty));
         assert!(SpectralIndex::sampled(vec![sample(400.0, 1.0, 0.0); 2]).is_err());
+        let error = SpectralIndex::sampled(vec![sample(f64::NAN, 1.0, 0.0)]).unwrap_err();
+        assert_eq!(error.to_string(), "the wavelengths of an index must be finite, but one is NaN nm");
         assert!(SpectralIndex::sampled(vec![sample(400.0, 1.0, -1.0)]).is_err());
     }
 }

@@ -2,9 +2,9 @@
 
 use super::{Vec3, direction_above};
 
-/// Direction at the centre of a pixel of a square map of the hemisphere seen from above: +x right, +y up, row 0 at the
-/// top, `size` pixels along each side, at least 1. The coordinates in the map are the direction's x and y, from −1 to
-/// 1. `None` outside the unit disc.
+/// Direction at the centre of a pixel of a square map of the hemisphere seen from above, with `size` pixels along each
+/// side, at least 1. +x points right and +y up; row 0 is at the top. The coordinates in the map are the direction's x
+/// and y, from −1 to 1. `None` for a pixel whose centre lies on or outside the unit circle.
 pub fn map_direction(column: usize, row: usize, size: usize) -> Option<Vec3> {
     // Centre of pixel i in [−1, 1].
     let centre = |i: usize| (2 * i + 1) as f64 / size as f64 - 1.0;

@@ -1,16 +1,19 @@
-//! Factors of the reflectance that depend on directions and refractive indices only, and the scattering vector, which
-//! gives the arguments of the relief's power spectrum.
+//! Factors of the reflectance that depend on directions and refractive indices only, and the scattering vector.
+//!
+//! The reflectance is `R·O·M·S(f; κ)/λ²` (docs/model.md#the-reflectance): Fresnel reflectance R, obliquity factor O,
+//! shadowing M, wavelength λ. The relief's power spectrum S depends on the spatial frequency f and the phase rate κ,
+//! both of which follow from the scattering vector `wi + wo`.
 //!
 //! | file | contents |
 //! | --- | --- |
-//! | `vector.rs` | the scattering vector `q`: frequency `f` and phase rate `κ` of a pair of directions |
-//! | `geometry.rs` | pairs of directions, the obliquity factor O, V-cavity shadowing M |
+//! | `vector.rs` | the scattering vector: frequency f and phase rate κ of a pair of directions |
+//! | `geometry.rs` | pairs of directions, the obliquity factor O, shadowing M by V-shaped grooves |
 //! | `fresnel.rs`, `index.rs` | Fresnel reflectance R, refractive indices |
 //! | `size.rs` | sizes of pattern and heights relative to the relief of the tables |
 //! | `cover.rs` | a flat clear layer over the relief |
 //! | `small_slope.rs` | the small-slope factor Q, which replaces R·O |
 //! | `transparent.rs` | reflection and transmission at a lossless medium, one factor for both |
-//! | `body_order.rs` | one order at such a medium, for lists of orders |
+//! | `body_order.rs` | power of one diffraction order at such a medium, for lists of orders |
 //! | `passage.rs` | wave vectors of incident and scattered light, for samplers |
 //! | `options.rs` | parameters of the model |
 //! | `map.rs` | directions of the pixels of a hemispherical map |

@@ -1,4 +1,5 @@
-//! Parameters of the scalar model, and the build of the spectral table from them.
+//! Parameters of the scalar model, and the build of the spectral table from them. The scalar model treats the relief as
+//! a phase screen: the reflectance is `R·O·M·S(f; κ)/λ²`, with the symbols of docs/model.md#the-reflectance.
 
 use super::geometry::angular_factor;
 use super::small_slope::small_slope;
@@ -34,7 +35,7 @@ pub struct Options {
     pub index: Option<SpectralIndex>,
     /// Whether the reflectance is divided so that the albedo is at most one (default: true).
     pub conserve_energy: bool,
-    /// Whether the V-cavity factor M, of shadowing and masking, applies (default: false).
+    /// Whether the factor M of shadowing and masking by V-shaped grooves applies (default: false).
     pub shadowing: bool,
     /// Largest sine of the angle from the normal at which light leaves (default: 1). Under a cover of index n it is
     /// 1/n, beyond which light is totally reflected ([`Cover`](super::Cover)). The sampler draws no light beyond.
@@ -85,7 +86,7 @@ impl Options {
         let is_grating = nx == 1 || ny == 1;
         // Factor on the time to build the albedo table, which exists only where energy is conserved.
         let energy = if self.conserve_energy {
-            self.sizes.map_or(1.0, |sizes| sizes.energy_factor(high - low, is_grating))
+            self.sizes.map_or(1.0, |sizes| sizes.albedo_cost_factor(high - low, is_grating))
         } else {
             0.0
         };
@@ -96,20 +97,21 @@ impl Options {
             model: self.model,
             tiling: self.tiling,
             coherence_length_um: self.coherence_length_um,
-            // Bodies are bare, and the reach under a cover is the reciprocal of its index.
+            // The index of the body, or of a cover: the reach under a cover of index n is 1/n. A body has no cover.
             magnification: self.body.map_or(1.0 / self.reach, |body| body.eta),
             tolerance: self.tolerance,
             purpose: Purpose::Surface { energy },
         }
     }
 
-    /// `O·M` of a pair of directions: the obliquity factor (1 with Q) times the V-cavity factor.
+    /// `O·M` of a pair of directions: the obliquity factor (1 with Q), times M if shadowing applies.
     pub fn angular_factor(&self, pair: &Pair) -> f64 {
         angular_factor(self.obliquity, self.shadowing, [pair.u, pair.v, pair.w], [pair.cos_i, pair.cos_o])
     }
 
-    /// Factor on `S/λ²` in the integrand of the albedo, from `q = wi + wo` and the cosines of `wi` and `wo`: `O·M`, or
-    /// `Q·M` with the small-slope factor of `index`. S is the relief's power spectrum.
+    /// Factor on `S/λ²` in the integrand of the albedo: `O·M`, or `Q·M` with the small-slope factor of `index`. S is
+    /// the relief's power spectrum, `q` the scattering vector `wi + wo`, and `cosines` are those of `wi` and `wo`. `R`
+    /// is a type of numbers (`src/numeric`).
     #[inline(always)]
     pub(crate) fn albedo_factor<R: Real>(&self, q: [R; 3], cosines: [R; 2], index: Option<ComplexIndex>) -> R {
         let angular = angular_factor(self.obliquity, self.shadowing, q, cosines);
@@ -120,8 +122,9 @@ impl Options {
         }
     }
 
-    /// Obliquity factor in the density of samplers, which replace the small-slope factor Q by a simpler one. For
-    /// dielectrics Q is bounded, so 1 replaces it. For conductors it grows towards the horizon as Stam's factor does.
+    /// Obliquity factor in the density of samplers. Samplers replace the small-slope factor Q by a simpler one: by 1
+    /// for dielectrics, where Q is bounded, and else by Stam's factor, since Q of conductors grows towards the horizon
+    /// as Stam's factor does.
     pub(crate) fn sampling_obliquity(&self) -> Obliquity {
         match (self.obliquity, &self.index) {
             (Obliquity::SmallSlope, Some(index)) if index.is_dielectric() => Obliquity::Unit,

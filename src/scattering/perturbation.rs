@@ -1,8 +1,9 @@
 //! First-order perturbation of a shallow relief (Rice 1951), from the boundary conditions of Maxwell's equations: an
 //! independent reference for tests of the small-slope factors.
 //!
-//! Wave vectors are in units of the wave number in air, and lengths in its inverse. Waves are `exp(i·k·x)`, so the
-//! index n of a medium has an imaginary part of at least 0. The magnetic field is scaled to `k × E`.
+//! Wave vectors are in units of the wave number in air, and lengths in its inverse. A wave of the wave vector k is
+//! `exp(i·k·x)`, so the index n of a medium has an imaginary part of at least 0. The magnetic field is scaled to
+//! `k × E`. Polarisation state s has its electric field E along `z × k`, state p along `k × s`.
 
 use super::Vec3;
 use sunbeam_fourier::num_complex::Complex64;
@@ -33,9 +34,9 @@ fn states(k: Vector, n: Complex64) -> [Wave; 2] {
 }
 
 /// Amplitudes `[reflected, transmitted][outgoing state][incident state]` of light that arrives from `wi` in air,
-/// divided by the height h, to first order in h. The relief has the height `h·exp(iK·x)`, where K takes the
-/// tangential wave vector of the arriving light to that of `wo`. The transmitted light has the tangential wave vector
-/// of `wo`, too. Neither `wi` nor `wo` may be along the normal.
+/// divided by the height h, to first order in h. The relief has the height `h·exp(iK·x)`. K is the difference of the
+/// tangential wave vectors of `wo` and of the arriving light. The transmitted light has the tangential wave vector of
+/// `wo`, too. Neither `wi` nor `wo` may be along the normal.
 ///
 /// The amplitudes follow from the boundary conditions: the fields' components along the actual surface are continuous.
 pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2]; 2]; 2] {
@@ -50,8 +51,8 @@ pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2];
     };
     // Reflected and transmitted states of one tangential wave vector.
     let outgoing = |x: f64, y: f64| (states(wave_vector(x, y, 1.0, one), one), states(wave_vector(x, y, -1.0, n), n));
-    // Amplitudes of these states: reflected s and p, transmitted s and p. At z = 0 their tangential fields in air minus
-    // those in the medium are `jump`.
+    // Amplitudes of reflected s and p and transmitted s and p whose tangential fields at z = 0, those in air minus
+    // those in the medium, are `jump`.
     let solved = |x: f64, y: f64, jump: Fields| {
         let (up, down) = outgoing(x, y);
         let columns = [
@@ -71,8 +72,8 @@ pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2];
         // Waves at a flat surface with their amplitudes; waves in the medium count negatively.
         let waves =
             [(arriving[state], one), (up[0], flat[0]), (up[1], flat[1]), (down[0], -flat[2]), (down[1], -flat[3])];
-        // Their tangential fields F jump on the relief by h·∂F/∂z + F_z·∇h, to first order in the height h. The
-        // scattered waves must remove this jump. Here ∂/∂z is i·k_z, and ∇h is iK·h.
+        // The tangential fields F of these waves jump at the relief by h·∂F/∂z + F_z·∇h, to first order in the height
+        // h. The scattered waves must remove this jump. ∂/∂z is a factor i·k_z, and ∇h is iK·h.
         let mut jump = Fields::zeros();
         for (Wave { fields, k_z }, amplitude) in waves {
             jump -= tangential(&fields) * (Complex64::i() * k_z * amplitude);

@@ -1,27 +1,29 @@
 //! The small-slope factor Q and its four amplitudes (docs/model.md#the-small-slope-factor): the first-order small-slope
 //! approximation (Voronovich 1985), whose kernel B is Rice's first-order perturbation (Rice 1951).
 //!
-//! Lengths of wave vectors are in units of the wave number above the relief, in air or a cover. Indices are relative to
-//! that medium.
+//! Lengths of wave vectors are in units of the wave number above the relief, in air or a cover. Refractive indices are
+//! relative to that medium. `wi` and `wo` are unit vectors from the surface to the light and the viewer.
 //!
 //! ```text
-//! q0, q      cosines of wi and wo; w = q + q0
+//! q0, q      cosines of wi and wo with the normal z; w = q + q0
 //! k0, k      sines of wi and wo: lengths of their tangential parts (not `ComplexIndex::k`)
 //! φ          azimuth from the tangential direction of the arriving light (−wi) to that of the leaving light (wo)
 //! ε          squared index (eta + i·k)², here with `ComplexIndex::k`, called `absorption` in code
-//! t0, t      normal components in the medium, √(ε − k0²) and √(ε − k²)
-//! s, p       polarisation states, and in B their denominators s = q + t and p = εq + t; s0 and p0 alike with q0 and t0
+//! t0, t      normal components of the wave vectors in the medium below, √(ε − k0²) and √(ε − k²)
+//! D_s, D_p   q + t and εq + t, the denominators of Fresnel's coefficients; D_s0 and D_p0 alike with q0 and t0
+//! s, p       polarisation states: electric field along z × d and along d × s, for light that travels along d
 //!
-//! B_ss = −(ε − 1) cosφ/(s s0)          B_sp = (ε − 1) t0 sinφ/(s p0)
-//! B_ps = (ε − 1) t sinφ/(p s0)         B_pp = (ε − 1) (t t0 cosφ − ε k k0)/(p p0)
-//! amplitudes: 2√(q q0)/w · B
+//! B_ss = −(ε − 1) cosφ/(D_s D_s0)      B_sp = (ε − 1) t0 sinφ/(D_s D_p0)
+//! B_ps = (ε − 1) t sinφ/(D_p D_s0)     B_pp = (ε − 1) (t t0 cosφ − ε k k0)/(D_p D_p0)
+//! amplitudes: 2√(q q0)/w · B; the first letter of ss, sp, ps and pp is the outgoing state
 //! Q = 2 q q0/w² · (|B_ss|² + |B_sp|² + |B_ps|² + |B_pp|²)
 //!
 //! perfect conductor, the limit of large ε:
 //! B_ss = −cosφ    B_sp = sinφ/q0    B_ps = sinφ/q    B_pp = (cosφ − k k0)/(q q0)
 //! ```
 //!
-//! [`small_slope`] computes Q for every type of number, [`small_slope_amplitudes`] the amplitudes in double precision.
+//! [`small_slope`] computes Q for every type `R` of numbers (`src/numeric`): single ones, SIMD vectors and traced
+//! variables, whose constants `R::lit` makes. [`small_slope_amplitudes`] computes the amplitudes in double precision.
 
 use super::fresnel::transmitted_normal;
 use super::geometry::{COSINE_MIN, squared};
@@ -29,11 +31,12 @@ use super::{ComplexIndex, Vec3};
 use crate::numeric::Real;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Smallest divisor of the azimuth's cosine, a product of two sines or of two tangential lengths. Chosen: nearer to the
-/// normal the azimuth is lost to rounding and does not matter.
+/// Smallest divisor in the azimuth's cosine, a product of two sines or of two tangential lengths. Chosen: where the
+/// product is smaller, one direction is so near to the normal that the azimuth is lost to rounding and does not matter.
+/// Larger values would falsify the azimuth of directions farther from the normal.
 pub(crate) const SINES_MIN: f64 = 1e-6;
-/// Smallest squared modulus by which anything is divided. Chosen so that products of two reciprocals stay finite in
-/// single precision.
+/// Smallest squared modulus by which anything is divided. Chosen so that the product of two reciprocals, 1e36, stays
+/// finite in single precision. Larger values would change reflectances of indices near one at grazing angles.
 pub(super) const SQUARED_MODULUS_MIN: f64 = 1e-18;
 
 /// Amplitudes between the linear states s and p, as square roots of power. The first letter is the outgoing state, the
@@ -76,7 +79,8 @@ impl Amplitudes {
 pub fn small_slope_amplitudes(wi: Vec3, wo: Vec3, index: Option<ComplexIndex>) -> Amplitudes {
     let (q0, q) = (wi[2].max(COSINE_MIN), wo[2].max(COSINE_MIN));
     let (k0, k) = (wi[0].hypot(wi[1]), wo[0].hypot(wo[1]));
-    // Unit tangential directions of the light's travel. A direction along the normal takes the other's.
+    // Unit tangential directions of travel, of the leaving and of the arriving light. A direction along the normal has
+    // none, and takes that of the other direction.
     let unit = |w: Vec3, length: f64, sign: f64| (length > 0.0).then(|| [sign * w[0] / length, sign * w[1] / length]);
     let (to, from) = (unit(wo, k, 1.0), unit(wi, k0, -1.0));
     let to = to.or(from).unwrap_or([1.0, 0.0]);
@@ -92,6 +96,7 @@ pub fn small_slope_amplitudes(wi: Vec3, wo: Vec3, index: Option<ComplexIndex>) -
     let n = Complex64::new(eta, absorption);
     let eps = n * n;
     let (t, t0) = ((eps - k * k).sqrt(), (eps - k0 * k0).sqrt());
+    // Denominators D_s and D_p of both directions.
     let (s, s0) = (q + t, q0 + t0);
     let (p, p0) = (eps * q + t, eps * q0 + t0);
     let contrast = eps - 1.0;
@@ -103,15 +108,15 @@ pub fn small_slope_amplitudes(wi: Vec3, wo: Vec3, index: Option<ComplexIndex>) -
     )
 }
 
-/// Terms of one direction in Q, with the symbols of the formulas above.
+/// Terms of one direction in Q, with the symbols at the head of this file.
 struct Terms<R> {
     /// Real and imaginary part of t.
     t: [R; 2],
     /// `|t|²`.
     t_squared: R,
-    /// `1/|s|²`.
+    /// `1/|D_s|²`.
     per_s_squared: R,
-    /// `1/|p|²`.
+    /// `1/|D_p|²`.
     per_p_squared: R,
 }
 
@@ -134,8 +139,8 @@ impl<R: Real> Terms<R> {
     }
 }
 
-/// The small-slope factor Q for unpolarised light, from the scattering vector `wi + wo` and the cosines of `wi` and
-/// `wo`, which are at least [`COSINE_MIN`]. Without an index it is that of a perfect conductor.
+/// The small-slope factor Q for unpolarised light, from the scattering vector `sum` = wi + wo and the cosines of `wi`
+/// and `wo`, which are at least [`COSINE_MIN`]. Without an index it is the factor of a perfect conductor.
 #[inline(always)]
 pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<ComplexIndex>) -> R {
     let lit = R::lit;
@@ -143,7 +148,7 @@ pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<C
     let (q_squared, q0_squared, q_q0) = (q * q, q0 * q0, q * q0);
     // 1 + wi·wo = |wi + wo|²/2.
     let one_plus_dot = lit(0.5) * squared(sum);
-    // k·k0·cosφ is the scalar product of the tangential parts of −wi and wo, q·q0 − wi·wo.
+    // k·k0·cosφ is the scalar product of the tangential parts of −wi and wo, so it equals q·q0 − wi·wo.
     let k_k0 = ((one - q_squared) * (one - q0_squared)).max(lit(0.0)).sqrt();
     let divisor = k_k0.max(lit(SINES_MIN));
     let cos = ((one + q_q0 - one_plus_dot) / divisor).clip(-one, one);
@@ -151,11 +156,11 @@ pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<C
     let sin_squared = one - cos_squared;
     let w = q + q0;
     let per_w_squared = one / (w * w);
-    // Below, `straight` is the sum of |B_ss|² and |B_pp|², `crossed` that of |B_sp|² and |B_ps|²: times (q·q0)² for the
-    // conductor, over |ε − 1|² for other media.
+    // In both branches `straight` is the sum of |B_ss|² and |B_pp|², and `crossed` that of |B_sp|² and |B_ps|². Both
+    // are multiplied by (q·q0)² for the conductor, and divided by |ε − 1|² for other media.
     let Some(index) = index else {
-        // cosφ − k·k0. At grazing directions the difference cancels. The second form, from (k·k0)² = 1 − q² − q0² +
-        // q²q0², does not, but divides by k·k0. It is therefore used for large k·k0 only.
+        // cosφ − k·k0, which loses digits at grazing directions. The second form follows with (k·k0)² = 1 − q² − q0² +
+        // q²q0². It keeps the digits but divides by k·k0, so it is used for large k·k0 only.
         let grazing = (q_squared + q0_squared + q_q0 - q_squared * q0_squared - one_plus_dot) / divisor;
         let difference = R::select(k_k0.lt(lit(0.5)), cos - k_k0, grazing);
         let crossed = sin_squared * (q_squared + q0_squared);
@@ -175,8 +180,8 @@ pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<C
     let sp_squared = i.t_squared * o.per_s_squared * i.per_p_squared;
     let crossed = sin_squared * (ps_squared + sp_squared);
     // |ε − 1|².
-    let contrast = (eps_re - 1.0) * (eps_re - 1.0) + eps_im * eps_im;
-    lit(2.0 * contrast) * q_q0 * per_w_squared * (straight + crossed)
+    let contrast_squared = (eps_re - 1.0) * (eps_re - 1.0) + eps_im * eps_im;
+    lit(2.0 * contrast_squared) * q_q0 * per_w_squared * (straight + crossed)
 }
 
 #[cfg(test)]
@@ -257,9 +262,9 @@ mod tests {
 
     /// The amplitudes are those of a shallow relief to first order in its height, phases included, at any azimuth.
     ///
-    /// The phase screen's first order is i(q + q0) for each h and wave number. The power of an order is its squared
-    /// field times q/q0. So a field of [`first_order`] times √(q/q0) is i(q + q0) times the amplitude, up to the sign
-    /// of i.
+    /// To first order the phase screen exp(iκh) of a sinusoid of height h has orders of i(q + q0)·h, in units of the
+    /// wave number. The power of an order is its squared field times q/q0. So a field of [`first_order`] times √(q/q0)
+    /// is i(q + q0) times the amplitude, up to the sign of i.
     #[test]
     fn amplitudes_are_the_first_order_of_a_shallow_relief() {
         // Rounding of the solved system.

@@ -1,44 +1,55 @@
 //! Transparent bodies: reflection and transmission by the relief between air, above, and a lossless medium, below. The
 //! medium is a half-space, or a film with a flat lower side and air behind it.
 //!
-//! Light arrives from either side of the relief and is scattered to either side. All four cases read one power spectrum
-//! S of the relief, in µm², by the sum of the two wave vectors. One factor F serves all: first-order small-slope theory
-//! with Rice's kernel, as in `small_slope.rs`. `methods/transparent.wgsl` is the WGSL twin, for films.
+//! Light arrives from either side of the relief and is scattered to either side. All four cases read one power
+//! spectrum S of the relief, in µm², at the sum of the two wave vectors. One factor F serves all: that of first-order
+//! small-slope theory, whose kernel B is Rice's perturbation theory, as in `small_slope.rs`. The same functions for
+//! films exist in WGSL (`methods/transparent.wgsl`).
 //!
 //! ```text
 //! n, ε         index of the medium, and its square
-//! K            wave vector of a direction, away from the relief, over the wave number in vacuum: of length 1 above and
-//!              n below, where a film's is that inside the film
+//! λ            wavelength in vacuum
+//! K            wave vector of a direction in units of 2π/λ, away from the relief: of length 1 above and n below, where
+//!              light behind a film has the K that it had inside the film
+//! Ki, Ko       K of the incident and the outgoing direction; incident light travels along −Ki
 //! k            length of the tangential part of K
 //! c1, cn       normal components in air and in the medium, √(1 − k²) and √(n² − k²); c1 is imaginary beyond k = 1
 //! ζ            normal component in the direction's own medium: c1 above, cn below
 //! v, e         cn and n for a direction above; n·c1 and 1 below
-//! s, p         c1 + cn and ε·c1 + cn, the denominators of the polarisation states s and p
+//! s, p         c1 + cn and ε·c1 + cn, the denominators of the polarisation states s and p, which are subscripts of B
 //! φ            azimuth from the tangential direction of the arriving light (−Ki) to that of the leaving light (Ko)
 //! σ            1 for reflection, −1 for transmission
-//! w            normal component of Ki + Ko
-//! τ            1; below a film, the transmittance of its flat side for the state: 4·c1·cn/s² and 4ε·c1·cn/p²
+//! w            normal component of Ki + Ko, along the normal z that points into the air
+//! τ            transmittance of the flat side for a direction below a film: 4·c1·cn/s² or 4ε·c1·cn/p² by its state;
+//!              1 for all other directions
 //!
 //! B_ss = cosφ/(s s0)        B_sp = v0 sinφ/(s p0)
 //! B_ps = v sinφ/(p s0)      B_pp = (v v0 cosφ − σ e e0 k k0)/(p p0)
-//! F    = 2 ζ ζ0 (ε − 1)²/w² · Σ |B|² τ τ0      over the four pairs of states; 0 marks the incident direction
+//! F    = 2 ζ ζ0 (ε − 1)²/w² · Σ |B|² τ τ0      sum over the four pairs of states
 //! ```
 //!
-//! The 2 is a factor 4 times the ½ of the mean over the two incident states of unpolarised light.
+//! Symbols with 0 are those of the incident direction, symbols without it those of the outgoing one. The first
+//! subscript of B is the outgoing state. The factor 2 of F is 4 times ½, where ½ is from the mean over the two
+//! incident states.
 //!
-//! The power scattered into `d²Ko` is `F·S/λ²`, with S at the frequency `(Ki + Ko)_xy/λ` and the phase rate `2πw/λ`.
-//! F is reciprocal. At a half-space it is Fresnel's reflectance at the mirror direction, and Fresnel's transmittance at
-//! the refracted one.
+//! The fraction of the incident power per tangential area `d²Ko` is `F·S/λ²`, with S at the frequency `(Ki + Ko)_xy/λ`
+//! and the phase rate `2πw/λ`. F is reciprocal. At a half-space it is Fresnel's reflectance at the mirror direction,
+//! and Fresnel's transmittance at the refracted direction.
 //!
 //! S of a negative phase rate equals S of the positive one at the opposite frequency. In transmission w can vanish, and
 //! S vanishes in proportion to w². Both F and S therefore use a |w| of at least [`TransparentBody::normal_min`], so
 //! that their product stays smooth.
 //!
-//! The bound also depends on the coherence window, over whose width an order spreads. Where the relative change of w
-//! over this width is of order one, 1/w² would raise the tails of strong orders above weak orders.
+//! The bound also depends on the coherence window: the shorter the coherence length, the wider an order. Where w
+//! changes by about its own magnitude over the width of an order, 1/w² would raise the tails of strong orders above
+//! weak orders.
 //!
 //! Tables are those of the relief magnified n times, as under a [`Cover`](super::Cover) of index n. Wave vectors in
-//! code are therefore in units of the wave number in the medium ("over n"), and no longer than 1.
+//! code are therefore divided by n ("over n"): they are in units of the wave number in the medium, and no longer than
+//! 1.
+//!
+//! `N` is a family of numbers (`src/numeric`). An `N::Real` is one number, a SIMD vector or a traced variable, and
+//! `N::Double` one of double precision; `lit` makes constants, `widen` and `narrow` convert.
 
 use super::small_slope::SINES_MIN;
 use super::{COSINE_MIN, Reading, TYPICAL_WAVELENGTH_UM, Vec3};
@@ -85,12 +96,12 @@ pub struct TransparentBody {
     pub eta: f64,
     /// Whether a flat side bounds the medium below, with air behind it. Otherwise it is a half-space.
     pub is_film: bool,
-    /// Smallest |w| over n that F and S use.
+    /// Smallest |w| over n that F and S use; see [`TransparentBody::new`].
     pub normal_min: f64,
 }
 
-/// Wave of one direction at a transparent body: its wave vector, and its terms of the factor F. `N` is a family of
-/// number types, such as four lanes (`src/numeric`).
+/// Wave of one direction at a transparent body: its wave vector, and its terms of the factor F. Symbols are those at
+/// the head of this file.
 #[derive(Clone, Copy)]
 pub(crate) struct BodyWave<N: Numbers> {
     /// Whether the direction lies below the relief.
@@ -101,13 +112,14 @@ pub(crate) struct BodyWave<N: Numbers> {
     pub normal: N::Real,
     /// Squared index of the medium in which the direction is given: ε below an interface, 1 elsewhere.
     pub eta_squared: N::Real,
-    /// Normal component over n in the other of the two media; zero where it is imaginary.
+    /// Normal component over n of the refracted wave, in the medium on the other side of the relief; zero where it is
+    /// imaginary.
     pub other_normal: N::Real,
-    /// k of the formulas above.
+    /// k, the tangential length of K.
     k: N::Real,
-    /// Real and imaginary part of v of the formulas above.
+    /// Real and imaginary part of v.
     v: [N::Real; 2],
-    /// e of the formulas above.
+    /// e, which is n above and 1 below.
     e: N::Real,
     /// `1/|s|²` and `1/|p|²`.
     per_squared: [N::Real; 2],
@@ -116,7 +128,7 @@ pub(crate) struct BodyWave<N: Numbers> {
     refracted: [N::Real; 2],
     /// τ of the states s and p.
     passed: [N::Real; 2],
-    /// n over the length of K: 1 below, n above.
+    /// Factor n/|K| from a vector over n to a unit vector: 1 below, n above.
     per_length: N::Real,
 }
 
@@ -128,14 +140,14 @@ pub(crate) struct TransparentPair<N: Numbers> {
     normal: N::Real,
     /// `4 ζ ζ0 (ε − 1)²/w² · |B|² τ τ0` of the states ss, sp, ps and pp; the first letter is the outgoing state.
     pub powers: [N::Real; 4],
-    /// Ratio of `d²Ko` over n² to `cosθo dωo`.
+    /// Tangential area `d²Ko` over n² per projected solid angle `cosθo dωo`.
     per_solid_angle: N::Real,
 }
 
 impl TransparentBody {
-    /// A body of index `eta` under a relief with a coherence length in µm.
+    /// A body of index `eta` under a relief with a coherence length in µm, which sets the smallest |w|.
     pub fn new(eta: f64, is_film: bool, coherence_length_um: f64) -> Self {
-        // Standard deviation of an order, in units of the wave number in vacuum. A smaller bound leaves albedos above
+        // Standard deviation of an order, in units of the wave number in vacuum. With a smaller bound, albedos exceed
         // one at short coherence lengths.
         let width = TYPICAL_WAVELENGTH_UM * CoherenceWindow::new(coherence_length_um).order_sigma_per_um();
         Self { eta, is_film, normal_min: NORMAL_MIN.max(width) / eta }
@@ -147,8 +159,8 @@ impl TransparentBody {
         if is_below && !self.is_film { 1.0 } else { 1.0 / self.eta }
     }
 
-    /// Factor on `S/λ²` of the magnified relief, in the scattering function of light from `wi` to `wo`, in 1/sr. The
-    /// directions have unit length and point away from the relief on either side of it.
+    /// Factor on `S/λ²` of the magnified relief that gives the scattering function (BSDF) of light from `wi` to `wo` in
+    /// 1/sr. The directions have unit length and point away from the relief on either side of it.
     pub fn factor(self, wi: Vec3, wo: Vec3) -> f64 {
         self.pair(&self.wave::<Plain<'_, f64>>(wi), &self.wave(wo)).factor()
     }
@@ -184,7 +196,7 @@ impl TransparentBody {
         let (c1, c1_imaginary) = (c1_squared.max(zero).sqrt(), (-c1_squared).max(zero).sqrt());
         let cn = cn_squared.sqrt();
         let (s, p) = (c1 + cn, c1.fma(lit(eps), cn));
-        // c1 is real or imaginary, so |s|² = (c1 + cn)² + |Im c1|²; |p|² likewise.
+        // c1 is real or imaginary, so |s|² is (Re c1 + cn)² + (Im c1)². |p|² is alike.
         let imaginary_squared = c1_imaginary * c1_imaginary;
         let per_squared = [one / s.fma(s, imaginary_squared), one / p.fma(p, imaginary_squared * lit(eps * eps))];
         // 4·c1·cn/s² and 4ε·c1·cn/p².
@@ -223,7 +235,7 @@ impl TransparentBody {
     pub(crate) fn pair<N: Numbers>(self, wi: &BodyWave<N>, wo: &BodyWave<N>) -> TransparentPair<N> {
         let lit = N::Real::lit;
         let (zero, one) = (lit(0.0), lit(1.0));
-        // σ, and w over n: wave vectors below point downwards.
+        // σ, and w over n. Wave vectors of directions below point downwards, so their normal components are negative.
         let is_reflected = wi.is_on_side_of(wo);
         let sigma = N::Real::select(is_reflected, one, -one);
         let signed = |wave: &BodyWave<N>| N::Real::select(wave.is_below, -wave.normal, wave.normal);
@@ -231,22 +243,22 @@ impl TransparentBody {
         let normal = w.abs().max(lit(self.normal_min));
         let sign = N::Double::select(w.lt(zero), N::Double::lit(-1.0), N::Double::lit(1.0));
         let tangential = [0, 1].map(|i| (wi.tangential[i] + wo.tangential[i]) * sign);
-        // k·k0·cosφ = −(Ki·Ko)_xy. With a direction along the normal φ is arbitrary and cosφ is 0 here: the sum over
-        // that direction's states does not depend on φ.
+        // k·k0·cosφ = −(Ki·Ko)_xy. For a direction along the normal φ is arbitrary, and cosφ is 0 here: the sum over
+        // the states of that direction does not depend on φ.
         let eps = self.eta * self.eta;
         let dot = wi.tangential[0].fma(wo.tangential[0], wi.tangential[1] * wo.tangential[1]);
         let k_k0 = wi.k * wo.k;
         let cos = (-N::narrow(dot) * lit(eps) / k_k0.max(lit(SINES_MIN))).clip(-one, one);
         let (cos_squared, sin_squared) = (cos * cos, one - cos * cos);
         let squared = |[re, im]: [N::Real; 2]| re.fma(re, im * im);
-        // B_pp times p·p0, real and imaginary part; `wi` has the symbols with 0.
+        // Real and imaginary part of B_pp·p·p0; `wi` has the symbols with 0.
         let pp_re = (wi.v[0] * wo.v[0] - wi.v[1] * wo.v[1]).fma(cos, -(sigma * wi.e * wo.e * k_k0));
         let pp_im = (wi.v[0] * wo.v[1] + wi.v[1] * wo.v[0]) * cos;
         // τ/|s|² and τ/|p|² of the outgoing and of the incident direction.
         let [[per_s, per_p], [per_s0, per_p0]] =
             [wo, wi].map(|wave| [0, 1].map(|state| wave.per_squared[state] * wave.passed[state]));
         let contrast = self.contrast_over_normal(is_reflected, normal, wi);
-        // ζ ζ0/n² and w²/n²: the units of both cancel.
+        // ζ ζ0 and w² are both divided by n², which cancels.
         let scale = lit(4.0) * wi.normal * wo.normal * contrast * contrast;
         let powers = [
             cos_squared * per_s * per_s0,
@@ -254,14 +266,15 @@ impl TransparentBody {
             sin_squared * squared(wo.v) * per_p * per_s0,
             squared([pp_re, pp_im]) * per_p * per_p0,
         ];
-        // d²Ko = eta_squared·cosθo dωo. The division by ε is also the ratio of S/λ² of the relief to that of the
-        // magnified relief, so `per_solid_angle` completes the factor on the latter.
+        // d²Ko = eta_squared·cosθo dωo. S/λ² of the relief is that of the magnified relief over ε, so the same quotient
+        // also turns F into the factor on S/λ² of the magnified relief.
         let per_solid_angle = wo.eta_squared * lit(1.0 / eps);
         TransparentPair { tangential, normal, powers: powers.map(|power| power * scale), per_solid_angle }
     }
 
-    /// `(ε − 1)/|w|`, with w over n. For n = 1 the relief is flat (`config/build.rs`), so light goes straight on, where
-    /// this is 0/0. It is then 0 in reflection, and in transmission `s0`, the limit at the refracted direction.
+    /// `(ε − 1)/|w|`, with w over n. For n = 1 the relief is flat (`config/build.rs`) and light goes straight on,
+    /// where the quotient is 0/0. It is then 0 in reflection, and in transmission `s0`, its limit at the refracted
+    /// direction as n tends to 1.
     #[inline(always)]
     fn contrast_over_normal<N: Numbers>(self, is_reflected: N::Mask, normal: N::Real, wi: &BodyWave<N>) -> N::Real {
         if self.eta == 1.0 {
@@ -286,7 +299,8 @@ impl<N: Numbers> BodyWave<N> {
         N::Real::lit(1.0) - (s + p) * N::Real::lit(0.5)
     }
 
-    /// Direction of K, the refracted one below a film. It has unit length and a positive z on either side.
+    /// Unit vector along K with a positive z on either side. Below a film it is the refracted direction inside the
+    /// film.
     #[inline(always)]
     pub(crate) fn in_own_medium(&self) -> [N::Real; 3] {
         let [x, y] = self.tangential();
@@ -314,13 +328,13 @@ impl<N: Numbers> TransparentPair<N> {
         ((ss + pp) + (sp + ps)) * N::Real::lit(0.5)
     }
 
-    /// Factor on `S/λ²` of the magnified relief, in the scattering function of the pair, in 1/sr.
+    /// Factor on `S/λ²` of the magnified relief that gives the scattering function (BSDF) of the pair in 1/sr.
     #[inline(always)]
     pub(crate) fn factor(&self) -> N::Real {
         self.power() * self.per_solid_angle
     }
 
-    /// Ratio of `d²Ko` over n² to `cosθo dωo`.
+    /// Tangential area `d²Ko` over n² per projected solid angle `cosθo dωo`.
     #[inline(always)]
     pub(crate) fn per_solid_angle(&self) -> N::Real {
         self.per_solid_angle

@@ -1,24 +1,29 @@
 //! The scattering vector `q = wi + wo = (u, v, w)`, by which the relief's power spectrum `S(f; κ)` is read.
 //!
-//! The arguments of S are the spatial frequency `f = (u, v)/λ` in cycles/µm and the phase rate `κ = 2πw/λ` in rad/µm.
-//! The factor before `S/λ²` is `R·O·M`: Fresnel reflectance, obliquity and shadowing (docs/model.md#the-reflectance).
-//! The small-slope factor Q, if chosen, replaces R, and O is then 1.
+//! `wi` and `wo` are unit vectors from the surface to the light and the viewer; w is along the normal, λ the
+//! wavelength. The arguments of S are the spatial frequency `f = (u, v)/λ` in cycles/µm and the phase rate `κ = 2πw/λ`
+//! in rad per µm of height. The reflectance is `R·O·M·S/λ²`: Fresnel reflectance, obliquity and shadowing
+//! (docs/model.md#the-reflectance). The small-slope factor Q, if chosen, replaces R, and O is then 1.
+//!
+//! `N` is a family of numbers (`src/numeric`). An `N::Real` is one number, a SIMD vector or a traced variable; `lit`
+//! makes a constant, and `widen` converts to double precision, `N::Double`.
 
 use super::{ComplexIndex, Obliquity, Reading, angular_factor, floored_cosines, fresnel_of_family, small_slope};
 use crate::numeric::{Numbers, Real};
 
-/// Wavelength in µm in the middle of the visible range. Numbers and widths of orders are taken at this wavelength.
+/// Wavelength in µm in the middle of the visible range. It stands for all wavelengths where a build needs one number or
+/// one width of orders.
 pub(crate) const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
 
 /// Scattering vector `q` of a pair of directions, with the factors that depend on directions only.
 pub(crate) struct Scattering<N: Numbers> {
     /// `(u, v)` in double precision: an order may be narrower than single precision resolves.
     tangential: [N::Double; 2],
-    /// `w`, without a lower bound, by which the power spectrum is read.
+    /// `w` as the directions have it, without a lower bound: κ is proportional to it.
     normal: N::Real,
     /// Cosines of `wi` and `wo` with the normal, at least [`COSINE_MIN`](super::COSINE_MIN).
     cosines: [N::Real; 2],
-    /// `q` with the sum of [`Scattering::cosines`] as w, so that factors and tables may divide by w.
+    /// `q` with the sum of the bounded cosines as w, so that factors and tables may divide by w.
     pub q: [N::Real; 3],
     /// `O·M`: obliquity and shadowing, without the interface's factor.
     pub factor: N::Real,
@@ -39,7 +44,8 @@ impl<N: Numbers> Scattering<N> {
         }
     }
 
-    /// Arguments of a table's look-up: the frequency f in cycles/µm and κ in rad/µm ([`Reading::arguments`]).
+    /// Arguments of a table's look-up: f in cycles/µm and κ in rad/µm ([`Reading::arguments`]). `reading` gives the
+    /// wavelength, and for a resized relief one wavelength for each argument.
     #[inline(always)]
     pub(crate) fn at(&self, reading: &Reading<N>) -> ([N::Double; 2], N::Real) {
         reading.arguments(self.tangential, self.normal)

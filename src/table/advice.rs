@@ -1,27 +1,29 @@
 //! Advice in the message of a refused build: changes that would bring its cost within the limit.
 //!
 //! A *build limit* is a factor, at least 1, on the default limits of memory and time ([`BuildDemand::check`]). Users
-//! set it by the parameter `build_limit`. [`Estimate::limit`] is the smallest build limit that allows a build.
+//! set it by the parameter `build_limit`. [`Estimate::limit`] is the smallest build limit that allows a build. Lengths
+//! in a [`BuildDemand`] are `magnification` times those that the user gave; advice states the user's.
 
 use super::estimate::{BUILD_LIMIT, BuildDemand, Estimate};
 
 /// Peak-to-valley height in µm from which on the advice asks whether the given heights are in nm. Chosen: reliefs that
 /// diffract are much shallower. Larger values miss mistakes; smaller ones ask about reliefs that are merely deep.
 const DEEP_UM: f64 = 10.0;
-/// Relative errors of the tables (`tolerance`) that may be advised, ascending. Chosen round numbers.
+/// Relative errors of the tables (`tolerance`) that may be advised, ascending. Chosen: round numbers.
 const TOLERANCES: [f64; 5] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
-/// Coherence lengths in µm that may be advised, descending: round numbers and the default, 65.
+/// Coherence lengths in µm that may be advised, descending. Chosen: round numbers, and the default, 65.
 const COHERENCE_LENGTHS_UM: [f64; 10] = [3e4, 1e4, 3e3, 1e3, 300.0, 100.0, 65.0, 30.0, 10.0, 3.0];
-/// Smallest number of pixels along the longer side that may be advised. Chosen: fewer pixels rarely represent a relief.
+/// Smallest number of pixels along the longer side that may be advised. Chosen: fewer pixels rarely represent a
+/// relief; a larger number would keep helpful advice back.
 const PIXELS_MIN: usize = 64;
 
 impl BuildDemand {
-    /// Text that names changes, each of which alone is enough for the build to be allowed at `build_limit`. `estimate`
-    /// is the cost of the refused build.
+    /// Text that names changes, any one of which is enough for the build to be allowed at `build_limit`. `estimate` is
+    /// the cost of the refused build.
     pub(super) fn advice(&self, estimate: Estimate, build_limit: f64) -> String {
         let fits = |changed: &Self| changed.estimate().limit() <= build_limit;
         let mut changes = Vec::new();
-        // The smallest looser tolerance, and the longest shorter coherence length.
+        // The smallest tolerance above the given one, and the longest coherence length below the given one, that fit.
         let looser = TOLERANCES
             .into_iter()
             .filter(|&tolerance| tolerance > self.tolerance)
@@ -48,7 +50,7 @@ impl BuildDemand {
             Some(last) if changes.is_empty() => format!("{last} would do"),
             Some(last) => format!("{} or {last} would do", changes.join(", ")),
         };
-        // The relief if its heights are meant in nm but were read in µm.
+        // The relief that the user meant, if its heights are in nm but were read in µm.
         let thousandth = Self { range_um: self.range_um * 1e-3, ..self.clone() };
         let given_um = self.range_um / self.magnification;
         if given_um >= DEEP_UM && fits(&thousandth) {

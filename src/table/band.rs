@@ -1,22 +1,25 @@
 //! Band limit, along one axis, of the power spectrum from which the nodes of an ensemble's table are computed (symbols:
 //! `mod.rs`, and `lattice.rs` for an axis).
 //!
-//! An ensemble's spectrum is the mean over all positions of the coherence window. The table's nodes are the transform
-//! of the relief's autocorrelation times that of the window. The relief's autocorrelation is the transform of its power
-//! spectrum. A scan with fine pixels has power far beyond the frequencies of any pair of directions
-//! ([`super::FREQUENCY_MAX_PER_UM`]). The window spreads such power over a few node spacings, so most of it does not
-//! reach the nodes. The spectrum is therefore cut at a margin beyond those frequencies, and the autocorrelation needs
-//! fewer and larger pixels. The cut is smooth, since a sharp one would lengthen the autocorrelation.
+//! An ensemble's spectrum is the mean over all positions of the coherence window. Its computation has three steps, each
+//! one Fourier transform (`spectrum.rs`): from the phase screen to its power spectrum, from this to the autocorrelation
+//! over *lags* (shifts of the screen), and from the autocorrelation times that of the window to the nodes of the table.
+//!
+//! A scan with fine pixels has power far beyond the frequencies of any pair of directions
+//! ([`super::FREQUENCY_MAX_PER_UM`]). The window spreads power over a few node spacings, so most of the power beyond
+//! does not reach the nodes. The power spectrum is therefore cut at a margin beyond those frequencies, and the
+//! autocorrelation needs fewer and larger pixels. The cut is smooth, since a sharp one would lengthen the
+//! autocorrelation.
 
 use super::FREQUENCY_MAX_PER_UM;
 use super::lattice::LatticeAxis;
 use sunbeam_fourier::next_fast_len;
 
-/// Margin above [`FREQUENCY_MAX_PER_UM`] within which power is kept entirely: `KEPT_MARGIN·taps/period_um` in
-/// cycles/µm. Taps are the nodes that one look-up reads, which are `1/period_um` apart. They span about the width to
-/// which the window spreads power. With this margin and [`TRANSITION`], the table's error stays that of the
-/// interpolation for tolerances from 1e-2 to 1e-6. Larger values keep more pixels; smaller ones weaken the highest
-/// frequencies.
+/// Margin above [`FREQUENCY_MAX_PER_UM`] within which power is kept entirely, in node spacings per tap: it is
+/// `KEPT_MARGIN·taps/period_um` in cycles/µm. Taps are the nodes that one look-up reads, which are `1/period_um` apart.
+/// They span about the width to which the window spreads power. With this margin and [`TRANSITION`], the table's error
+/// is that of the interpolation alone, for tolerances from 1e-2 to 1e-6. Larger values keep more pixels; smaller ones
+/// weaken the highest frequencies.
 const KEPT_MARGIN: f64 = 3.0;
 /// Width of the transition from kept to cut frequencies, in node spacings per tap. Larger values keep more pixels;
 /// smaller ones make the cut sharper and so the autocorrelation longer.
@@ -26,22 +29,23 @@ pub(super) const BAND_MARGIN: f64 = KEPT_MARGIN + TRANSITION;
 
 /// Weights of the kept frequencies along one axis.
 pub(super) struct Band {
-    /// Factor on the power in each bin, in FFT order. Bins have the frequencies of the spectrum before the cut, of
-    /// which the highest are left out. The number of bins is that of the pixels of the band-limited autocorrelation.
+    /// Factor on the power in each kept bin, in FFT order: from frequency 0 upwards, then the negative frequencies.
+    /// Kept bins have the same frequencies as before the cut; the highest are left out. Their number is that of the
+    /// pixels of the band-limited autocorrelation.
     pub weights: Vec<f64>,
 }
 
 impl Band {
-    /// Number of pixels, at most `lags`, of an autocorrelation whose spectrum is cut at `edge_per_um` (cycles/µm), from
-    /// which `lattice.rs` plans the size of pixels. Before the cut it has `lags` pixels of the size `pixel_um`, one for
-    /// each shift of the relief.
+    /// Number of pixels, at most `lags`, of an autocorrelation whose spectrum is cut at `edge_per_um` (cycles/µm).
+    /// `lattice.rs` plans the size of pixels with this number. Before the cut the autocorrelation has `lags` pixels of
+    /// the size `pixel_um`, one for each shift of the relief.
     pub(super) fn planned_pixels(lags: usize, pixel_um: f64, edge_per_um: f64) -> usize {
         // More than two pixels per period of the edge frequency. The conversion to an integer saturates.
         next_fast_len(((2.0 * edge_per_um * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)
     }
 
-    /// Number of pixels of the band-limited autocorrelation over its length `length_um`, in the pixel size of a planned
-    /// axis. It differs from `axis.pixels`, which span the period of the table's lattice.
+    /// Number of pixels of the band-limited autocorrelation, whose length is `length_um` and whose pixels have the
+    /// size of those of the planned axis. It differs from `axis.pixels`, which span the period of the table's lattice.
     pub(super) fn kept_pixels(axis: &LatticeAxis, length_um: f64) -> usize {
         (length_um * axis.pixels as f64 / axis.period_um).round() as usize
     }

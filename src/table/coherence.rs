@@ -3,13 +3,14 @@
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, SQRT_2, TAU};
 
-/// Coherence length over the window's standard deviation: the definition of the parameter `coherence_length`.
+/// Coherence length over the window's standard deviation, by the definition of the parameter `coherence_length`.
 const LENGTH_SIGMAS: f64 = 4.0;
 
-/// Gaussian window `exp(−|x|²/(2s²))` within which light interferes (docs/model.md#coherence).
+/// Gaussian window `exp(−|x|²/(2s²))` over positions x on the surface, within which light interferes
+/// (docs/model.md#coherence).
 ///
-/// Users of the library give the coherence length `4s`. Formulas need `s`, or the width of an order that follows from
-/// it.
+/// Users of the library give the coherence length `4s`. Formulas need `s`, or the width of a diffraction order, which
+/// is proportional to 1/s.
 ///
 /// ```
 /// use sunbeam::table::CoherenceWindow;
@@ -17,7 +18,7 @@ const LENGTH_SIGMAS: f64 = 4.0;
 ///
 /// let window = CoherenceWindow::new(65.0);
 /// assert_eq!(window.sigma_um(), 16.25);
-/// // The power of an order is a Gaussian over both components of frequency. Its integral is 1.
+/// // The power density of an order is a Gaussian over both components of frequency. Its integral is 1.
 /// let (peak, sigma) = (window.order_peak_um2(), window.order_sigma_per_um());
 /// assert!((TAU * sigma * sigma * peak - 1.0).abs() < 1e-12);
 /// ```
@@ -65,7 +66,7 @@ pub enum Model {
     Patch,
 }
 
-/// Continuation of the relief beyond the tile (docs/model.md#coherence).
+/// Continuation of the relief beyond the tile, the known rectangle of relief (docs/model.md#coherence).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tiling {

@@ -14,7 +14,7 @@ use thiserror::Error;
 #[derive(Debug, PartialEq, Error)]
 #[allow(missing_docs, reason = "each message describes its fields")]
 pub enum TableError {
-    /// The build would take more memory or time than its limits. Memory is in GB, time in minutes on two cores.
+    /// The build would take more memory or time than its limits. `advice` names changes that would be allowed.
     #[error(
         "building the tables would take about {} GB and {} min on two cores, \
          and the limit is {} GB and {} min: {advice}",
@@ -45,7 +45,7 @@ impl TableError {
 }
 
 /// Display of a positive number with few digits, for messages. Numbers below 0.1 read 0.1. NaN reads as a number that
-/// is too large: builds of unknown cost are refused.
+/// is too large, since a build of unknown cost is refused.
 struct RoundNumber(f64);
 
 impl std::fmt::Display for RoundNumber {

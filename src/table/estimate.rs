@@ -1,15 +1,17 @@
 //! Cost of building tables, from sizes alone.
 //!
-//! A build transforms the relief at every knot in the phase rate κ, and computes a spline through the knots of every
-//! kept node: a node of the frequency lattice (mod.rs) that the look-up of some pair of directions reads. A header and
-//! the coefficients of the spline are the node's *record* in the table. Builds with finer knots follow until the
-//! tolerance is met (`build.rs`). Estimates are for all of them, with the knots of the last one. The numbers of knots
-//! and nodes follow from sizes and options. An estimate transforms nothing and allocates at most 20 kB, so that an
-//! endless build is refused at once.
+//! A build computes the phase screen of the relief and its Fourier transform at every *knot*: one value of the phase
+//! rate κ. Then it computes a spline over κ through the values of every *kept* node, a node of the frequency lattice
+//! (mod.rs) that the look-up of some pair of directions reads. A header and the coefficients of the spline are the
+//! node's *record* in the table. If the tolerance is not met, the build starts again with finer knots (`build.rs`).
 //!
-//! - `knots`: number of knots in the range of κ. Knots beyond its upper end are transformed as well:
-//!   `computed_knots = knots + EXTRA_KNOTS`. Values at the knots below κ = 0 are mirrored from those above. They take
-//!   memory, but no time.
+//! An estimate is for all these builds together, with the knots of the last one. The numbers of knots and nodes follow
+//! from sizes and options. An estimate transforms nothing and allocates at most 20 kB, so that an endless build is
+//! refused at once.
+//!
+//! - `knots`: number of knots in the range of κ. Knots beyond its upper end are computed as well:
+//!   `computed_knots = knots + EXTRA_KNOTS`. Values at knots below κ = 0 are copies of those above, which take memory
+//!   but no time.
 //! - `kept`: number of kept nodes. `components`: numbers per node value, 1 for a power, 2 for an amplitude.
 //! - Time in ns: `(computed_knots + OTHER_KAPPAS)·at_one_kappa + KNOT_NS·kept·components·computed_knots`.
 //! - Time at one κ: `at_one_kappa = TRANSFORM_NS·Σ n·log₂n + SCREEN_NS·(screen + windowed)`. Here n is the number of
@@ -25,18 +27,18 @@ use super::spectral::NodeQuantity;
 use super::{CoherenceWindow, Model, TableError, Tiling};
 use std::ops::RangeInclusive;
 
-/// Memory limit of a build in bytes at a build limit of 1: half the memory of a common machine.
+/// Memory limit of a build in bytes, if the parameter `build_limit` is 1: half the memory of a common machine.
 pub const LIMIT_BYTES: f64 = 8e9;
-/// Time limit of a build in seconds on two cores at a build limit of 1. All presets and scans take far less. Users can
-/// raise the build limit.
+/// Time limit of a build in seconds on two cores, if `build_limit` is 1. All presets and scans take far less. Users can
+/// raise the limit for larger reliefs; a larger default would let mistaken sizes occupy a machine for longer.
 pub const LIMIT_SECONDS: f64 = 120.0;
 /// Accepted build limits: factors on [`LIMIT_BYTES`] and [`LIMIT_SECONDS`].
 pub const BUILD_LIMIT: RangeInclusive<f64> = 1.0..=1e6;
 
 // The constants of time were measured on two cores for animal skins, gratings and scans of 32² to 2048² pixels.
 // Estimates are within a factor of two of the time on an idle machine; `crates/cli/tests/limits.rs` checks a factor of
-// five. The first three contain a factor of 1.2 for earlier builds of the same table, which have fewer knots
-// (`build.rs`).
+// five. SCREEN_NS, TRANSFORM_NS and KNOT_NS contain a factor of 1.2 for earlier builds of the same table, which have
+// fewer knots (`build.rs`).
 
 /// Nanoseconds per pixel of a phase screen, which takes a sine and a cosine.
 const SCREEN_NS: f64 = 10.8;
@@ -44,25 +46,27 @@ const SCREEN_NS: f64 = 10.8;
 const TRANSFORM_NS: f64 = 0.66;
 /// Nanoseconds per knot of a node, to gather its value, filter it and write its coefficient.
 const KNOT_NS: f64 = 6.0;
-/// Number of κ besides the knots at which node values are computed: two near zero for the headers of records, and those
-/// that measure the error.
+/// Number of κ besides the knots at which node values are computed: two near zero for the headers of records, and
+/// `ERROR_KAPPAS` at which the error is measured.
 const OTHER_KAPPAS: f64 = 2.0 + ERROR_KAPPAS as f64;
-/// Typical knot spacing of the last build over that of the first.
+/// Typical knot spacing of the last build over that of the first, by which estimates follow builds that start again.
 const LAST_SPACING: f64 = 0.7;
 
 /// Shortest time in seconds for the albedo table of a grating.
 const GRATING_ENERGY_SECONDS: f64 = 0.5;
 /// Shortest time in seconds for the albedo table of any other relief.
 const ENERGY_SECONDS: f64 = 1.3;
-/// Nanoseconds for the albedo table per square of the number of knots. Knots resolve the fringes of a deep relief over
-/// wavelengths. The fringes are as fine over incidences, hence the square. The value is an upper bound, since fringes
-/// finer than the table's grid are not followed. Larger values refuse shallower reliefs.
+/// Nanoseconds for the albedo table per square of the number of knots. The reflectance of a deep relief has fringes
+/// over wavelength and over incidence, both about as fine as the knots are dense. The table follows them along both,
+/// hence the square. The value is an upper bound, since fringes finer than the table's grid are not followed. Larger
+/// values refuse shallower reliefs.
 const ENERGY_KNOT_PAIR_NS: f64 = 1600.0;
 /// Time and memory of the sampler over those of the table from which it is computed.
 const SAMPLER_FRACTION: f64 = 0.5;
 
-/// Largest number of samples on one side of an axis (`axis_samples`). The count of kept nodes is exact on axes of up to
-/// 1025 nodes, and close on longer axes, since it varies smoothly. More samples take longer.
+/// Largest number of samples of an axis's nodes on one side of node 0 (`axis_samples`). Counts of kept nodes are exact
+/// on axes of up to 1025 nodes, which are all samples. On longer axes they are close, since whether a node is kept
+/// varies smoothly along the axis. More samples make the estimate slower.
 const AXIS_SAMPLES_MAX: usize = 512;
 
 /// Cost of a build.
@@ -177,8 +181,8 @@ impl BuildDemand {
         let mut peak_bytes = table.peak_bytes.max(with_sampler_bytes);
         let mut seconds = table.seconds * (1.0 + SAMPLER_FRACTION);
         if energy > 0.0 {
-            // A patch is divided by the albedo of its ensemble. The ensemble's table has no sampler, and is built while
-            // the patch's table and sampler are in memory.
+            // A patch is divided by the albedo of its ensemble, which needs a second table, without a sampler. It is
+            // built while the table and the sampler of the patch are in memory.
             let albedo_source = match self.model {
                 Model::Ensemble => table,
                 Model::Patch => {
@@ -235,21 +239,21 @@ impl BuildDemand {
                 + kept.nodes * components * KNOT_NS * computed_knots);
 
         // Each thread works on one knot. It holds the grid of a transform and its transpose, the screen, and the kept
-        // nodes, all in complex double precision of 16 bytes. The threads share the relief and copies of it, together
+        // nodes, all complex numbers of 16 bytes. The threads share the relief and copies of the relief, together
         // 24 bytes a pixel.
         let threads = rayon::current_num_threads() as f64;
         let largest = transforms.into_iter().fold(0.0, f64::max);
         let working_bytes = threads * 16.0 * (2.0 * largest + screen + kept.nodes) + 24.0 * screen;
-        // Values at all knots in single precision, with the mirrored ones below κ = 0. They are in memory first beside
-        // the transforms, then beside the records. Transforms have ended before records are written.
+        // Values at all knots in single precision, with the copies below κ = 0. They are in memory first beside the
+        // transforms, then beside the records. Transforms have ended before records are written.
         let knot_bytes = 4.0 * components * kept.nodes * (computed_knots + EXTRA_KNOTS as f64);
         // Records, and a 32-bit offset for each node of the lattice.
         let table_bytes = 4.0 * (kept.floats + kept.lattice_nodes);
         TableEstimate { knots, seconds, table_bytes, peak_bytes: knot_bytes + working_bytes.max(table_bytes) }
     }
 
-    /// Number of points of each transform at one κ, in order (spectrum.rs). A transform that skips rows or columns has
-    /// the number of points of a full transform of equal work.
+    /// Number of points of each transform at one κ, in the order in which `spectrum.rs` computes them. A transform that
+    /// skips rows or columns counts as a full transform of as many points as have equal work.
     ///
     /// - native lattice: the tile,
     /// - patch: the lattice's pixels,
@@ -304,15 +308,15 @@ struct KeptCount {
 }
 
 impl KeptCount {
-    /// Counts the nodes of a lattice with knots `kappa_step` rad/µm apart.
+    /// Counts the kept nodes of a lattice, and the floats of their records for knots `kappa_step` rad/µm apart.
     fn of(lattice: &Lattice, quantity: NodeQuantity, kappa_step: f64) -> Self {
         let (x, y) = (axis_samples(&lattice.x), axis_samples(&lattice.y));
         let lattice_nodes = lattice.x.nodes() as f64 * lattice.y.nodes() as f64;
         let mut kept = Self { nodes: 0.0, lattice_nodes, floats: 0.0 };
         for y in &y {
             for x in &x {
-                // Records extend to the largest κ of look-ups that read the nodes. Nodes beyond the frequencies of all
-                // pairs of directions have no record.
+                // A record extends to the largest κ of look-ups that read its node. Nodes that no pair of directions
+                // reads have no record.
                 if let Some(kappa) = kappa_reached([x.frequency_per_um, y.frequency_per_um]) {
                     let (nodes, last_knot) = (x.nodes * y.nodes, (kappa / kappa_step).floor());
                     kept.nodes += nodes;
@@ -336,8 +340,8 @@ struct AxisSample {
 fn axis_samples(axis: &LatticeAxis) -> Vec<AxisSample> {
     let reach = axis.reach as f64;
     let count = axis.reach.min(AXIS_SAMPLES_MAX);
-    // Node m occupies the interval m ± ½. Equal intervals [i·width + ½, (i + 1)·width + ½] cover the nodes 1 to reach,
-    // and each sample is the middle of one. The nodes of negative number double its count.
+    // Node m occupies the interval m ± ½. Equal intervals [i·width + ½, (i + 1)·width + ½] cover the nodes 1 to reach.
+    // The middle of each is a sample. It also stands for the nodes of the opposite numbers, hence the factor 2.
     let width = reach / count.max(1) as f64;
     let sample = |node: f64, nodes: f64| AxisSample { frequency_per_um: nearest_frequency(axis, node), nodes };
     let others = (0..count).map(|i| sample((i as f64 + 0.5) * width + 0.5, 2.0 * width));

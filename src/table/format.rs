@@ -1,7 +1,8 @@
 //! Formats of a packed table: the words of a node's entry, and of its spline's coefficients.
 //!
-//! Symbols are those of [`super::SpectralTable`]: a node's power P or amplitude D over the phase rate κ is a *record*,
-//! a header of two floats and spline coefficients.
+//! A node's power P or amplitude D over the phase rate κ is stored as a *record*: a header of two floats, and the
+//! coefficients of a cubic B-spline ([`super::SpectralTable`] has the formulas). The header of a power is P(0) and
+//! P'(0) = dP/dκ at κ = 0, that of an amplitude the real and imaginary part of D(0).
 //!
 //! Words have 32 bits. Each node has an *entry* of two or four words. Coefficients are read in *packets* of one or four
 //! words. The first word of an entry is the `start` of the node's coefficients, counted in packets from the table's
@@ -60,7 +61,7 @@ impl Format {
         }
     }
 
-    /// Number of packets that a look-up reads: enough for four consecutive coefficients at any position.
+    /// Number of packets that a look-up reads of a node: enough for four consecutive coefficients at any position.
     pub(super) fn packets_read(self) -> usize {
         if self == Self::Single { 2 } else { 3 }
     }
@@ -81,7 +82,8 @@ impl Format {
         let (smallest, largest) =
             coefficients.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), &c| (a.min(c), b.max(c)));
         let low = bf16_at_most(smallest);
-        // Rounded up, so that the largest integer reaches the largest coefficient.
+        // Rounded up, by rounding the opposite number down, so that the largest integer reaches the largest
+        // coefficient.
         let step = -bf16_at_most(-(largest - low) / INTEGER_MAX);
         let integer = |c: f32| {
             let steps = if step > 0.0 { ((c - low) / step).round() } else { 0.0 };
@@ -95,8 +97,8 @@ impl Format {
     }
 
     /// Record ([`super::SpectralTable`]) from a node's entry and the words of its coefficients, up to rounding. Words
-    /// that pad the last packet become coefficients, too. In the format [`Self::Fixed`], whose entries leave it out,
-    /// `power_at_zero` is the node's `P(0)`.
+    /// that pad the last packet become coefficients, too. `power_at_zero` is the node's P(0), which only the format
+    /// [`Self::Fixed`] needs: its entries leave it out.
     pub(super) fn unpack(self, entry: &[u32], words: &[u32], power_at_zero: f64) -> Vec<f32> {
         let header = match self {
             Self::Fixed => [power_at_zero as f32, 0.0],
@@ -118,8 +120,8 @@ impl Format {
 /// Largest bfloat16 number (the upper 16 bits of a single-precision number) that is at most `x`.
 fn bf16_at_most(x: f32) -> f32 {
     let cut = f32::from_bits(x.to_bits() & 0xffff_0000);
-    // Dropping bits moves a number towards zero, so a negative one may need the next bfloat16 away from zero. Its bits
-    // are larger by one in the upper half.
+    // Dropping bits moves a number towards zero, so a negative number may need the next bfloat16 away from zero, whose
+    // upper half is larger by one.
     if cut > x { f32::from_bits(cut.to_bits() + 0x1_0000) } else { cut }
 }
 

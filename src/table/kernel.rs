@@ -1,22 +1,24 @@
 //! Interpolation kernels: the weight of a lattice node at a distance, along one axis.
 //!
-//! - `P`: period of the lattice in µm. Nodes are `1/P` apart. Their values are the Fourier transform of data over lags.
+//! - `P`: period of the lattice in µm. Nodes are frequencies `1/P` apart. Their values are the Fourier transform of
+//!   data over lags (shifts in µm).
 //! - `d`: distance between the frequency of a look-up and a node, in nodes (multiples of `1/P`).
 //! - `e(d)`: weight of the node. A value between nodes is `Σ_j e(p − j) · value_j`, with `p` the position in nodes.
 //! - *Taps*: the nodes that a look-up reads along an axis.
 //! - `x`: lag in periods `P`.
 //! - `ê(x) = ∫ e(d)·cos(2πd·x) dd`: transform of the kernel.
-//! - Images: interpolation repeats the data at the lags `x + n` for every whole number n, weighted by `ê(x + n)`.
-//!   Data at the lag `x` are divided by `ê(x)` beforehand (`LatticeAxis::window`). The relative error that remains is
-//!   `Σ_{n≠0} |ê(x + n)|/ê(x)`.
+//! - *Images*: interpolation of discrete nodes repeats the data at the lags `x + n` for every whole number n, weighted
+//!   by `ê(x + n)`. Data at the lag `x` are divided by `ê(x)` beforehand (`LatticeAxis::window`), so that the term n =
+//!   0 is exact. The relative error that remains is `Σ_{n≠0} |ê(x + n)|/ê(x)`.
 //! - `Λ = −ln(relative error)`: the log error for which a kernel is planned (`log_error`).
 
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Number of quadrature nodes of the midpoint rule over the quarter turn in [`semicircle_integral`]. For ê(0) the rule
-/// errs by `2r·e^−β·h²/24`, with `h` the step in radians: 1.2e-9 at the smallest β in use, 6.9 for three taps.
-const QUADRATURE_NODES: usize = 512;
+/// Number of quadrature points of the midpoint rule over the quarter turn in [`semicircle_integral`]. For ê(0) the rule
+/// errs by `2r·e^−β·h²/24`, with `h` the step in radians: 1.2e-9 at the smallest β in use, 6.9 for three taps. More
+/// points lengthen the build; half as many err four times as much.
+const QUADRATURE_POINTS: usize = 512;
 
 /// Weight `e(d)` of a node at the distance `d` in nodes.
 ///
@@ -30,13 +32,14 @@ const QUADRATURE_NODES: usize = 512;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum InterpolationKernel {
-    /// `exp(−d²/2σ²)`, the shape of a diffraction order under the coherence window. Exact where nodes are orders.
+    /// `exp(−d²/(2σ²))`, the shape of a diffraction order under the coherence window. Exact where nodes are orders.
     Gaussian {
         /// Standard deviation σ in nodes.
         sigma: f64,
     },
-    /// Exponential of a semicircle, `exp(β(√(1 − (d/r)²) − 1))` for `|d| < r`, zero elsewhere. Its transform falls off
-    /// nearly as fast as that of any kernel of its width, so few nodes suffice at a small oversampling.
+    /// Exponential of a semicircle, `exp(β(√(1 − (d/r)²) − 1))` for `|d| < r`, zero elsewhere. No kernel of equal
+    /// width has a transform that falls off much faster, so few taps suffice at a small oversampling
+    /// (`OVERSAMPLING`).
     ///
     /// Barnett, Magland, af Klinteberg, *A parallel nonuniform fast Fourier transform library based on an "exponential
     /// of semicircle" kernel*, SIAM J. Sci. Comput. 41, 2019.
@@ -60,7 +63,7 @@ impl InterpolationKernel {
         }
     }
 
-    /// Transform `ê(x) = ∫ e(d)·cos(2πd·x) dd`, in nodes; `x` is a lag in periods of the lattice.
+    /// Transform `ê(x) = ∫ e(d)·cos(2πd·x) dd`; `x` is a lag in periods of the lattice. Like d, the result is in nodes.
     pub fn transform(self, x: f64) -> f64 {
         match self {
             Self::Gaussian { sigma } => TAU.sqrt() * sigma * (-0.5 * (TAU * sigma * x).powi(2)).exp(),
@@ -82,26 +85,27 @@ impl InterpolationKernel {
 /// Integral over `|d| < r` of a semicircle's weight times an `even` function of `d`. With `d = r·sin φ` it is
 /// `2r ∫₀^{π/2} exp(β(cos φ − 1))·cos φ·even(r·sin φ) dφ`.
 fn semicircle_integral(beta: f64, radius: f64, even: impl Fn(f64) -> f64) -> f64 {
-    let step = FRAC_PI_2 / QUADRATURE_NODES as f64;
+    let step = FRAC_PI_2 / QUADRATURE_POINTS as f64;
     let term = |i: usize| {
         let (sin, cos) = ((i as f64 + 0.5) * step).sin_cos();
         (beta * (cos - 1.0)).exp() * cos * even(radius * sin)
     };
-    2.0 * radius * step * (0..QUADRATURE_NODES).map(term).sum::<f64>()
+    2.0 * radius * step * (0..QUADRATURE_POINTS).map(term).sum::<f64>()
 }
 
-/// Period of a lattice over the largest lag of its data. A larger ratio takes more nodes in the table, a smaller one
-/// more taps: at 2.5 the images of a scan are two to five times as strong with 5 to 8 taps, each with its best β.
-/// [`semicircle`]'s constants were fitted at this ratio.
+/// Oversampling: period of a lattice over the largest lag of its data. A larger ratio takes more nodes in the table, a
+/// smaller one more taps: at 2.5 the images of a scan are two to five times as strong with 5 to 8 taps, each with its
+/// best β. The constants of [`semicircle`] were fitted at this ratio.
 pub(super) const OVERSAMPLING: f64 = 3.0;
 
-/// Fall of the images for each tap, as a natural logarithm. Measured at [`OVERSAMPLING`] for the autocorrelation of a
-/// tapered scan and for a Gaussian window. The test `images_stay_below_the_planned_error` repeats the measurement.
+/// Decrease of the natural logarithm of the images with each tap. Measured at [`OVERSAMPLING`] for the autocorrelation
+/// of a tapered scan and for a Gaussian window. The test `images_stay_below_the_planned_error` repeats the
+/// measurement.
 const LOG_FALL_PER_TAP: f64 = 2.1;
 /// Natural logarithm of the images at zero taps, the intercept of the fit: images are about
 /// `exp(LOG_IMAGES_AT_ZERO_TAPS − LOG_FALL_PER_TAP·taps)`.
 const LOG_IMAGES_AT_ZERO_TAPS: f64 = 0.6;
-/// β of the semicircle for each tap. 2.3 makes the images of 5 to 8 taps weakest in the measurement of
+/// β of the semicircle per tap. 2.3 makes the images of 5 to 8 taps weakest in the measurement of
 /// [`LOG_FALL_PER_TAP`]. At 2.1 they are two to three times as strong, at 2.5 two to thirteen times.
 const BETA_PER_TAP: f64 = 2.3;
 

@@ -6,23 +6,26 @@
 //! - `P`: period of the lattice in µm. Node `m` lies at `f = m/P`, with `|m| ≤ reach`.
 //! - `p = f·P`: position in nodes. A look-up sums `taps` nodes around `p`, weighted by the kernel `e(p − m)`
 //!   (`kernel.rs`).
-//! - `x`: lag in µm. Node values are the transform of data over lags: an autocorrelation (ensemble), or the phase
-//!   screen itself (patch).
+//! - `x`: lag, a shift in µm. Node values are the Fourier transform of data over lags. The data are the autocorrelation
+//!   of the phase screen in an *ensemble*, the mean over all positions of the coherence window, or the phase screen
+//!   itself in a *patch*, one fixed window (`coherence.rs`).
 //! - `g(x) = exp(−x²/(2σ_w²))`: coherence window on these data, with `σ_w` = `window_um`.
-//! - `ε`: relative error of the interpolation. `Λ = ln(16/ε)`: its log error (`log_error`), with [`TAIL_FACTOR`] for
-//!   the errors of both axes and several images.
-//! - `x_max`: largest lag that counts (`lag_max_um`), `min(√(2Λ)·σ_w, support)`, where `g` falls to `e^−Λ` or the data
-//!   end.
+//! - `ε`: relative error of the interpolation. `Λ = ln(16/ε)`: its log error (`log_error`). The 16 is [`TAIL_FACTOR`],
+//!   for the errors of both axes and several images.
+//! - *Images*: copies of the data at lags beyond the period, which interpolation adds (`kernel.rs`).
+//! - `x_max`: largest lag that counts (`lag_max_um`), `min(√(2Λ)·σ_w, support)`: there `g` has fallen to `e^−Λ`, or the
+//!   data end.
 //!
 //! An axis has one of two kinds of lattice (`AxisDemand::plan`):
 //!
 //! - *Native*: `P` is the width T of a tile that repeats, so nodes are its diffraction orders. The kernel is the
 //!   shape of an order, the transform of `g`: a Gaussian of `σ = T/(2π·σ_w)` nodes. The data are not multiplied by `g`.
 //!   This lattice is used where the tile repeats and `3·x_max > 1.5·T` ([`OVERSAMPLING`], [`NATIVE_RATIO`]).
-//! - *Resampled*: `P = 3·x_max`, at least. The data are multiplied by `g(x)·ê(0)/ê(x/P)` before their
-//!   transform ([`LatticeAxis::window`]), where `ê` is the transform of a semicircle kernel. Interpolation then
-//!   restores `g`, up to the kernel's images, which stay below ε. This lattice is used where the scan does not repeat,
-//!   and for windows much narrower than the tile.
+//! - *Resampled*: `P = 3·x_max`, rounded up to a number of pixels that is quick to transform. The data are multiplied
+//!   by `g(x)·ê(0)/ê(x/P)` before their transform ([`LatticeAxis::window`]), where `ê` is the transform of a
+//!   semicircle kernel. Interpolation multiplies them by `ê(x/P)` again, so the result has the window `g`, up to
+//!   images, which stay below ε. This lattice is used where the scan does not repeat, and for windows much narrower
+//!   than the tile.
 
 use super::band::{BAND_MARGIN, Band};
 use super::kernel::{InterpolationKernel, OVERSAMPLING, semicircle};
@@ -32,7 +35,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, SQRT_2};
 use sunbeam_fourier::next_fast_len;
 
-/// Upper bound of the nodes that a look-up reads along one axis. Plans stay below it at every accepted tolerance.
+/// Upper bound of the nodes that a look-up reads along one axis. Plans need fewer at every accepted tolerance.
 pub(super) const TAPS_MAX: usize = TABULATED_MAX;
 
 /// One axis of the lattice of spatial frequencies: nodes at `m / period_um` cycles/µm, `|m| ≤ reach`.
@@ -42,7 +45,7 @@ pub(super) const TAPS_MAX: usize = TABULATED_MAX;
 ///
 /// let field = Preset::Blazed.build(None, None)?;
 /// let surface = Surface::new(&field, &Options { conserve_energy: false, ..Options::default() })?;
-/// // A grating of 2.5 µm: nodes are its orders, and a look-up reads one of them.
+/// // A grating of 2.5 µm: nodes are its orders. A look-up reads one of them, here order 3 at the position 3.2.
 /// let x = &surface.table().lattice().x;
 /// assert!(x.is_native());
 /// assert_eq!((x.period_um, x.taps, x.first_tap(3.2)), (2.5, 1, 3));
@@ -52,7 +55,8 @@ pub(super) const TAPS_MAX: usize = TABULATED_MAX;
 pub struct LatticeAxis {
     /// Period P in µm; its reciprocal is the spacing of nodes.
     pub period_um: f64,
-    /// Number of pixels in one period: pixels of the relief, or larger ones (`band.rs`).
+    /// Number of pixels in one period. They are as large as those of the relief, or larger after a band limit
+    /// (`band.rs`).
     pub pixels: usize,
     /// Interpolation kernel.
     pub kernel: InterpolationKernel,
@@ -60,14 +64,14 @@ pub struct LatticeAxis {
     pub sigma: f64,
     /// Number of nodes that a look-up reads.
     pub taps: usize,
-    /// Largest node number in the table.
+    /// Largest node number; nodes have the numbers −reach to reach.
     pub reach: usize,
     /// Standard deviation σ_w in µm of the window that multiplies the data before the transform to nodes. `None` on a
     /// native lattice, whose kernel already is the window's transform.
     pub window_um: Option<f64>,
-    /// Largest position in nodes that the pixels resolve, at half their sampling rate. `S` is zero beyond it. Nodes
-    /// beyond it are copies of nodes within, for interpolation up to the cutoff. Infinite on a native lattice, which
-    /// has no nodes beyond.
+    /// Largest position in nodes that the pixels resolve: half their sampling rate. `S` is defined as zero at larger
+    /// positions. Nodes beyond the cutoff are copies of nodes within, for interpolation up to the cutoff. Infinite on a
+    /// native lattice, which has no nodes beyond half the sampling rate.
     pub cutoff: f64,
 }
 
@@ -119,32 +123,33 @@ impl Lattice {
         self.x.is_native() && self.y.is_native()
     }
 
-    /// Number of nodes, whether the table has a record for them or not; saturating.
+    /// Number of nodes, with or without a record in the table; `usize::MAX` if it is larger.
     pub(super) fn nodes(&self) -> usize {
         self.x.nodes().saturating_mul(self.y.nodes())
     }
 }
 
-/// Support of a patch's data over the width of an aperiodic scan. The phase screen ends at 0.5 on either side, but does
-/// not decay towards its end as an autocorrelation does, for which [`OVERSAMPLING`] was chosen. A larger support
-/// compensates for this.
+/// Support of a patch's data, the largest lag from the middle, over the width of an aperiodic scan. The phase screen
+/// ends at 0.5 on either side. But it does not decay towards its ends as an autocorrelation does, for which
+/// [`OVERSAMPLING`] was chosen. A larger support makes the period longer, which compensates for this.
 const PATCH_SUPPORT: f64 = 0.8;
 
-/// Fraction of the tolerance that is left to a table whose power has deep gaps, since errors of the power beside a gap
-/// would fill it: gaps between lobes here, gaps over κ in `knots.rs`. Larger values take fewer taps and knots; smaller
-/// ones fill the gaps less.
+/// Fraction of the tolerance that is left to a table whose power has deep gaps: ranges of frequency between bright
+/// lobes here, ranges of κ in `knots.rs`. An error of the power beside a gap would fill the gap. Larger values take
+/// fewer taps and knots; smaller ones fill the gaps less.
 pub(super) const GAP_FRACTION: f64 = 0.1;
 
 /// Tolerance of the interpolation between nodes, for a table of the relative error `tolerance`.
 ///
-/// It is smaller for the ensemble of an aperiodic scan, whose spectrum has gaps between its lobes. Amplitudes of a
-/// patch have a smaller ratio of lobe to gap, the square root of that of powers.
+/// It is smaller for the ensemble of an aperiodic scan, whose spectrum has gaps between its lobes. Patches need no
+/// smaller one: the ratio of lobe to gap in amplitudes is only the square root of that in powers.
 pub(super) fn interpolation_tolerance(model: Model, tiling: Tiling, tolerance: f64) -> f64 {
     let has_gaps = model == Model::Ensemble && tiling == Tiling::Aperiodic;
     if has_gaps { GAP_FRACTION * tolerance } else { tolerance }
 }
 
-/// Grid in pixels along x and y on which the autocorrelation of `nx` by `ny` pixels does not wrap onto itself.
+/// Numbers of pixels along x and y of a grid for the autocorrelation of `nx` by `ny` pixels. It is at least twice as
+/// large along each axis, so that a cyclic transform does not add lags of opposite sign.
 pub(crate) fn lag_grid(nx: usize, ny: usize) -> (usize, usize) {
     (next_fast_len(2 * nx), next_fast_len(2 * ny))
 }
@@ -159,8 +164,8 @@ pub(super) fn plan_lattice(
     window: CoherenceWindow,
     tolerance: f64,
 ) -> Lattice {
-    // Standard deviation of the window on the data, and their support over the width of a scan. The autocorrelation of
-    // a Gaussian window is √2 times as wide.
+    // Standard deviation of the window on the data, and support of the data over the width of a scan. The
+    // autocorrelation of a Gaussian window is √2 times as wide as the window.
     let (window_um, support) = match model {
         Model::Ensemble => (SQRT_2 * window.sigma_um(), 1.0),
         Model::Patch => (window.sigma_um(), PATCH_SUPPORT),
@@ -176,16 +181,18 @@ pub(super) fn plan_lattice(
     Lattice { x: axis(nx, dx_um, lags_x), y: axis(ny, dy_um, lags_y) }
 }
 
-/// Tolerance over the level `e^−Λ` at which tails and images are neglected. Larger values take more taps; smaller ones
-/// leave less room for the errors of both axes and both sides, which add up.
+/// Tolerance over `e^−Λ`, the relative level at which tails of kernels and images are neglected. Larger values take
+/// more taps; smaller ones leave less room for the errors of both axes and both sides of each, which add up.
 const TAIL_FACTOR: f64 = 16.0;
 
-/// Further factor between tolerance and tails for a grating. Few orders have its power, and their tails are brighter
-/// than the gaps between orders. A large factor costs nothing: a look-up reads one or two nodes with or without it.
+/// Further factor between tolerance and neglected tails for a grating. Few orders have all the power of a grating, and
+/// their tails are brighter than the gaps between orders. A large factor costs nothing: a look-up reads one or two
+/// nodes with or without it.
 const GRATING_TAIL_FACTOR: f64 = 400.0;
 
-/// Ratio of a resampled lattice's period to the tile's, above which the native lattice is used instead. The native one
-/// reads more nodes per look-up, the resampled one stores more nodes by this ratio.
+/// Period of a resampled lattice over the width of the tile, above which the native lattice is used instead. A
+/// resampled lattice stores more nodes by this ratio, a native lattice reads more nodes per look-up. So larger values
+/// save time of look-ups, smaller ones memory.
 const NATIVE_RATIO: f64 = 1.5;
 
 /// Smallest number of pixels of a resampled axis, so that kernels of up to eight taps do not overlap themselves.
@@ -238,11 +245,11 @@ impl AxisDemand {
         let AxisPlan { pixels, pixel_um, kernel, taps } =
             if is_native { self.native(log_error) } else { self.resampled(log_error, resampled_um) };
         let period_um = pixels as f64 * pixel_um;
-        // The upper bound never acts. Native periods are below 2·x_max, so that their Gaussian has a σ of at most
-        // √(2Λ)/π nodes, and tolerances are at least 1e-6.
+        // The upper bound never acts: native periods are below 2·x_max, so the σ of their Gaussian is at most √(2Λ)/π
+        // nodes, and tolerances are at least 1e-6.
         let taps = taps.clamp(1, TAPS_MAX);
-        // Largest node that look-ups up to the largest frequency read. A native tile has no orders beyond half its
-        // pixels. A resampled axis has copies of nodes beyond half its pixels, on a margin of half the taps.
+        // Largest node that look-ups up to the largest frequency read. A native lattice has no nodes beyond half the
+        // number of its pixels. A resampled lattice has copies of nodes there, on a margin of half the taps.
         let reach_wanted = (FREQUENCY_MAX_PER_UM * period_um + 0.5 * taps as f64).ceil() as usize;
         let (reach, cutoff) = if is_native {
             (reach_wanted.min(pixels / 2), f64::INFINITY)

@@ -1,14 +1,20 @@
-//! Evaluation of a [`SpectralTable`]'s records: at one κ in double precision, and at several κ side by side.
+//! Evaluation of the records of a [`SpectralTable`]: at one κ in double precision, and at several κ side by side.
 //!
-//! The formulas, and κ₀ > 0 in them, are those of [`SpectralTable`]. A record is a header of [`HEADER`] floats,
-//! followed by spline coefficients; those of an amplitude are pairs of real and imaginary part.
+//! A record holds one node's power P(κ) or complex amplitude D(κ) over the phase rate κ in rad/µm. It is a header of
+//! [`HEADER`] floats, P(0) and P'(0) or the real and imaginary part of D(0), followed by the coefficients of a cubic
+//! B-spline Q(κ). Those of an amplitude are pairs of real and imaginary part. With κ₀ > 0 ([`SpectralTable`]),
+//!
+//! ```text
+//! P(κ) = (κ₀²·(P(0) + κ·P'(0)) + κ²·Q(κ)) / (κ² + κ₀²)
+//! D(κ) = D(0) + Q(κ)·κ/(κ + iκ₀)
+//! ```
 
 use super::spectral::{HEADER, NodeQuantity, SpectralTable};
 use crate::numeric::math::cubic_b_spline_weights;
 use crate::numeric::{Number, Real, VALUES_MAX, Values};
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Weights of the numbers in a [`SpectralTable`]'s records at one κ.
+/// Weights at one κ of the numbers in a record of a [`SpectralTable`]; the same for every node.
 ///
 /// ```
 /// use sunbeam::table::{self, CoherenceWindow, Model, NodeCurve, Progress, Spectrum, Tiling};
@@ -52,7 +58,8 @@ impl NodeCurve {
             // κ/(κ + iκ₀) = (κ² − iκκ₀)/(κ² + κ₀²), where `slope` is κκ₀²/(κ² + κ₀²).
             NodeQuantity::Amplitude => Complex64::new(spline, -slope / table.kappa_knee),
         };
-        // κ lies between the knots `first` and `first + 1`. Coefficient i belongs to the knot i − 1.
+        // κ lies between the knots `first` and `first + 1`. Coefficient i belongs to the knot i − 1, so the four
+        // around κ are those from `first` on.
         let weights = cubic_b_spline_weights(t - first as f64);
         Self { first, weights, spline_factor, header_factors: [zero, slope] }
     }
@@ -86,7 +93,8 @@ impl NodeCurve {
     }
 }
 
-/// [`NodeCurve`] for tables of powers, at one κ in each lane of `V`.
+/// [`NodeCurve`] for tables of powers, at several κ side by side. `V` is a family of numbers by value (`src/numeric`):
+/// single numbers, or vectors of several *lanes*, each with its own κ.
 pub(crate) struct PowerCurves<V: Values> {
     /// Index of the first of the four coefficients read.
     first: V::Index,
@@ -110,8 +118,8 @@ impl<V: Values> PowerCurves<V> {
     /// [`NodeCurve::power`] of one record per lane: `record_of(lane)`.
     #[inline(always)]
     pub(crate) fn power<'a>(&self, record_of: impl Fn(usize) -> &'a [f32]) -> V::Real {
-        // Header and the four coefficients of each lane; zeros beyond a record's end. The lanes of a value gather from
-        // different records, hence the copy.
+        // Header and the four coefficients of each lane; zeros beyond a record's end. They are copied side by side,
+        // since lanes read different records.
         let mut lanes = [[0f32; HEADER + 4]; VALUES_MAX];
         for (i, lane) in lanes.iter_mut().enumerate().take(V::COUNT) {
             let (record, first) = (record_of(i), HEADER + V::lane(self.first, i));
@@ -128,7 +136,7 @@ impl<V: Values> PowerCurves<V> {
     }
 }
 
-/// Factors on `P(0)`, `P'(0)` and `Q(κ)` in a power's formula: `[κ₀², κ·κ₀², κ²]/(κ² + κ₀²)`.
+/// Factors on `P(0)`, `P'(0)` and `Q(κ)` in the formula of a power: `[κ₀², κ·κ₀², κ²]/(κ² + κ₀²)`, with κ₀ = `knee`.
 #[inline(always)]
 fn power_factors<R: Real>(kappa: R, knee: f64) -> [R; HEADER + 1] {
     let ratio = kappa * R::lit(1.0 / knee);

@@ -1,8 +1,9 @@
 //! A [`SpectralTable`] packed in 32-bit words, the form that evaluators read.
 //!
-//! A *record* is the power or amplitude of one node over κ: a header and spline coefficients. A node's *entry* has the
-//! start of the coefficients, counted in *packets*, the words that a look-up reads at once. By format it also has the
-//! header and a scale (`format.rs`). The order of the words:
+//! The table is the power spectrum S over the frequency f and the phase rate κ ([module](super)). A *record* is the
+//! power or amplitude of one node of the frequency lattice over κ: a header and spline coefficients. A node's *entry*
+//! has the start of the coefficients, counted in *packets*, the words that a look-up reads at once. Depending on the
+//! format, the entry also has the header, and a scale of the coefficients (`format.rs`). The order of the words:
 //!
 //! 1. An entry for every node of the lattice, row by row from node `(−reach, −reach)`.
 //! 2. The coefficients of a record of zeros, which stands for all nodes without a record.
@@ -20,8 +21,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// Smallest tolerance of tables whose splines are stored in 16 bits. A step of the integers, 1/65 535 of a record's
-/// range, is then well below the tolerance. Smaller values save memory in more tables, at the cost of rounding errors.
+/// Smallest tolerance of tables whose spline coefficients are stored in 16 bits. A step of the integers, 1/65 535 of
+/// the range of a record's coefficients, is then well below the tolerance. Smaller values save memory in more tables,
+/// at the cost of rounding errors.
 const FIXED_TOLERANCE: f64 = 1e-4;
 
 /// Number of midpoints of a mean over κ. The mean is the scale of relative errors, so a few per cent of error in it do
@@ -51,7 +53,8 @@ pub struct PackedLayout {
     pub kappa_step: f64,
     /// κ₀ of [`SpectralTable`]'s formulas in rad/µm: the reciprocal of half the range of heights.
     pub kappa_knee: f64,
-    /// Power of order zero at κ = 0. [`Format::Fixed`] reads it here, since its entries leave it out.
+    /// Power P(0) of node (0, 0), order zero, at κ = 0. [`Format::Fixed`] reads it here, since its entries leave it
+    /// out.
     pub zero: f64,
     /// Format of entries and coefficients.
     pub format: Format,
@@ -97,7 +100,8 @@ impl PackedTable {
             starts.push(end);
             end += format.record_words(record);
         }
-        // Packets beyond a record are read, with weights of zero. After the last record they have to exist.
+        // A look-up near the end of a record also reads packets beyond it, with weights of zero. After the last record
+        // such packets have to exist.
         let mut words = vec![0u32; end + format.packets_read() * packet_words];
         for entry in words[..entries_end].chunks_exact_mut(entry_words) {
             entry[0] = (zeros_start / packet_words) as u32;
@@ -166,8 +170,8 @@ impl PackedTable {
         &self.layout
     }
 
-    /// Standard deviations in nodes, along x and y, of the Gaussian that interpolation makes of a node's power. For
-    /// amplitudes, which are squared, they are those of the kernel over √2.
+    /// Standard deviations in nodes, along x and y, of the peak about a node that interpolation makes of its power:
+    /// those of the kernel. Amplitudes are squared after interpolation, so their peaks are narrower by √2.
     pub fn power_sigma(&self) -> [f64; 2] {
         let factor = if self.layout.format == Format::Complex { FRAC_1_SQRT_2 } else { 1.0 };
         self.layout.sigma.map(|sigma| sigma * factor)
@@ -212,10 +216,10 @@ impl PackedTable {
 fn format_of(table: &SpectralTable, nodes: usize, tolerance: f64) -> Format {
     match table.quantity {
         NodeQuantity::Amplitude => Format::Complex,
-        // Small tables gain little from 16 bits. The powers of a grating may also cancel against P(0), which 16 bits
-        // would not resolve.
+        // Small tables gain little from 16 bits. In a grating's powers the spline may also nearly cancel the terms of
+        // the header, and 16 bits would not resolve the difference.
         NodeQuantity::Power if tolerance < FIXED_TOLERANCE || nodes <= FEW_NODES => Format::Single,
-        // At κ = 0 all light of a tile that repeats is in order zero.
+        // At κ = 0 all light of a tile that repeats is in order zero, so the other entries need no P(0).
         NodeQuantity::Power if table.lattice.is_native() => Format::Fixed,
         NodeQuantity::Power => Format::FixedFromZero,
     }

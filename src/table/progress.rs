@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Function that is called with the fraction of the work that is done, 0 to 1.
 type Listener = Arc<dyn Fn(f64) + Send + Sync>;
 
-/// Reporter of a build's progress to a listener, as a fraction from 0 to 1 of the whole work. It reports for the whole
-/// work or for a part of it.
+/// Reporter of a build's progress to a listener, which gets the finished fraction of the whole work, from 0 to 1. A
+/// reporter serves the whole work or a part of it ([`Progress::part`]).
 ///
 /// The listener is called often and from several threads at once, so it has to be fast. Fractions may arrive slightly
 /// out of order.

@@ -1,8 +1,8 @@
 //! Table of the power spectrum `S(f; κ)` with one record per node, in single precision. Packed tables, samplers,
 //! albedos and colours are computed from it.
 //!
-//! f is the spatial frequency in cycles/µm, κ the phase rate in rad/µm, and e_j the interpolation weight of node j at f
-//! ([module](super)).
+//! f is the spatial frequency in cycles/µm, κ the phase rate in rad per µm of height, and e_j the interpolation weight
+//! of node j of the frequency lattice at f ([module](super)).
 
 use super::lattice::{Lattice, LatticeAxis, TAPS_MAX};
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use sunbeam_fourier::num_complex::Complex64;
 /// and imaginary part of `D(0)` of an amplitude.
 pub const HEADER: usize = 2;
 
-/// Quantity of a node, which determines how nodes add up.
+/// Quantity whose values nodes hold, which determines how nodes add up to S.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum NodeQuantity {
     /// Power: `S = norm · Σ e_j P_j(κ)`, real records.
@@ -35,8 +35,8 @@ impl NodeQuantity {
 
 /// `S(f; κ)` of one surface as one record per node; formulas and symbols are those of the [module](super).
 ///
-/// A record is [`HEADER`] floats, then the coefficients of the cubic B-spline `Q(κ)`, real and imaginary part in turn
-/// for amplitudes. With κ₀ the reciprocal of half the range of heights,
+/// A record is [`HEADER`] floats, then the coefficients of the cubic B-spline `Q(κ)` with uniform knots, real and
+/// imaginary part in turn for amplitudes. With κ₀ the reciprocal of half the range of heights,
 ///
 /// - powers: `P(κ) = (κ₀²·(P(0) + κ·P'(0)) + κ²·Q(κ)) / (κ² + κ₀²)`,
 /// - amplitudes: `D(κ) = D(0) + Q(κ)·κ/(κ + iκ₀)`.
@@ -111,8 +111,8 @@ impl SpectralTable {
             .collect()
     }
 
-    /// Standard deviations in nodes, along x and y, of the Gaussian that interpolation makes of a node's power. For
-    /// amplitudes, which are squared, they are those of the kernel over √2.
+    /// Standard deviations in nodes, along x and y, of the peak about a node that interpolation makes of its power:
+    /// those of the kernel. Amplitudes are squared after interpolation, so their peaks are narrower by √2.
     pub fn power_sigma(&self) -> (f64, f64) {
         let factor = match self.quantity {
             NodeQuantity::Power => 1.0,
@@ -162,8 +162,8 @@ impl SpectralTable {
                     if record.is_empty() {
                         record.resize(HEADER + coefficients * self.quantity.components(), 0.0);
                     }
-                    // Beyond the end of its record, a node adds numbers of the next ones. No κ of a pair of directions
-                    // at f reads these coefficients.
+                    // Beyond the end of a node's record, numbers of the next records are added. They only reach
+                    // coefficients that no κ of a pair of directions at f reads.
                     for (sum, value) in record.iter_mut().zip(&self.records[start..]) {
                         *sum += e * value;
                     }

@@ -1,10 +1,14 @@
-//! Node values of a table at one phase rate κ, from the height field. The kinds of lattice are defined in `lattice.rs`,
-//! the models *ensemble* and *patch* in `coherence.rs`.
+//! Node values of a table at one phase rate κ (rad per µm of height), from the height field.
 //!
-//! - `E = exp(iκh)`: phase screen over the tile.
-//! - `t`: taper of an aperiodic scan; 1 where the tile repeats.
+//! An *ensemble* is the mean over all positions of the coherence window, a *patch* has one fixed window
+//! (`coherence.rs`). On a *native* lattice nodes are the diffraction orders of a tile that repeats, on a *resampled*
+//! lattice other frequencies (`lattice.rs`). An *aperiodic* scan is a tile that does not repeat.
+//!
+//! - `E = exp(iκh)`: phase screen of the heights h over the tile.
+//! - `c_j`: amplitude of order j, the Fourier coefficient of E.
+//! - `t`: taper of an aperiodic scan, which falls to 0 at its edges; 1 where the tile repeats.
 //! - `s`: standard deviation of the coherence window in µm.
-//! - `x`, `τ`: position and lag in µm.
+//! - `x`, `τ`: position and lag (shift) in µm.
 //! - `S`, `norm`: power density in µm², and its factor on the interpolated nodes ([module](super)).
 //!
 //! The node values are
@@ -21,9 +25,11 @@
 //! Three grids of pixels occur:
 //!
 //! - *screen grid*: the pixels of the relief, padded with zeros for an aperiodic scan.
-//! - *data*: the screen of a patch, or the autocorrelation of an ensemble. The latter has fewer and larger pixels over
-//!   the length of the screen grid, since high frequencies are cut (`band.rs`).
+//! - *data*: the screen of a patch, or the autocorrelation of an ensemble. The autocorrelation has fewer and larger
+//!   pixels over the length of the screen grid, since high frequencies are cut (`band.rs`).
 //! - *lattice pixels*: as large as those of the data, over the lattice's period.
+//!
+//! Arrays in *FFT order* begin with frequency or lag 0; negative frequencies or lags are at the end.
 
 use super::band::Band;
 use super::lattice::{Lattice, LatticeAxis, interpolation_tolerance, lag_grid, plan_lattice};
@@ -70,16 +76,18 @@ pub struct Spectrum {
     lattice: Lattice,
     /// Tapers of an aperiodic scan along x and y; `None` where the tile repeats.
     tapers: Option<(Vec<f64>, Vec<f64>)>,
-    /// Divisor of node powers that makes the integral of S one ([`total_power`]); 1 where the tile repeats.
+    /// Divisor of node powers, with which the integral of S over frequency is one ([`total_power`]); 1 where the tile
+    /// repeats.
     total_power: f64,
     /// `norm` in µm².
     norm: f64,
-    /// Numbers of pixels along x and y of the grid on which the screen is transformed; padded for an aperiodic scan.
+    /// Numbers of pixels of the screen grid along x and y.
     screen_grid: (usize, usize),
-    /// Weights of the bins of that transform that are kept along x and y for the autocorrelation of the ensemble
-    /// (`band.rs`). A patch keeps all. The number of bins is that of the data's pixels.
+    /// Weights, along x and y, of the bins of the screen's transform that are kept for the autocorrelation of the
+    /// ensemble (`band.rs`). A patch keeps all. The number of bins is that of the data's pixels.
     bands: [Band; 2],
-    /// Pixel of the data and weight of each lattice pixel in FFT order, along x and y; see [`axis_weights`].
+    /// For each lattice pixel along x and y, in FFT order: the pixel of the data that it takes, and its weight. See
+    /// [`axis_weights`].
     weights: [Vec<(usize, f64)>; 2],
     /// From the padded screen to its power spectrum.
     lag_forward: Fft2<f64>,
@@ -158,14 +166,14 @@ impl Spectrum {
         self.collect_nodes(&bins)
     }
 
-    /// Autocorrelation of the tapered screen, limited to the bands, `[lag y][lag x]` in FFT order. The number of lags
-    /// along an axis is that of the band's bins. Without the limit, lag zero is 1 where the tile repeats, else the sum
-    /// of t² over the scan's pixels.
+    /// Autocorrelation of the tapered screen, limited to the bands of frequencies, `[lag y][lag x]` in FFT order. The
+    /// number of lags along an axis is that of the band's bins. Without the limit, the value at lag zero is 1 where the
+    /// tile repeats, else the sum of t² over the scan's pixels.
     fn autocorrelation(&self, kappa: f64) -> Vec<Complex64> {
         let (gx, gy) = self.screen_grid;
         let mut screen = self.tapered_screen(kappa);
-        // Both transforms are sums without a factor. Forward and back together they multiply by gx·gy, however many
-        // bins the way back sums. The scale divides this out.
+        // Neither transform has a factor before its sum, so both together multiply by gx·gy, however many bins the
+        // second one sums. The scale divides this out.
         let scale = if self.tapers.is_some() {
             // Rows are padded with zeros to gx pixels; `Fft2::band` treats the missing rows as zero.
             let (nx, ny) = self.transform.size();
@@ -174,10 +182,10 @@ impl Spectrum {
                 to[..nx].copy_from_slice(from);
             }
             screen = padded;
-            // Sums over the pixels of the scan.
+            // The autocorrelation is a sum over the pixels of the scan.
             1.0 / (gx * gy) as f64
         } else {
-            // Means over the pixels of the tile.
+            // The autocorrelation is a mean over the pixels of the tile.
             ((gx * gy) as f64).powi(-2)
         };
         let [x, y] = &self.bands;
@@ -221,7 +229,7 @@ impl Spectrum {
                 centred[y * gx + (ix + gx - nx / 2) % gx] = c;
             }
         }
-        // The root, since a patch's nodes are amplitudes.
+        // The root of a divisor of powers, since a patch's nodes are amplitudes.
         self.windowed(&centred, self.total_power.sqrt().recip())
     }
 
@@ -271,9 +279,9 @@ impl Spectrum {
     }
 }
 
-/// Divisor of node powers that makes the integral of S over frequency one, for an aperiodic scan. For an ensemble it is
-/// `Σ t²` over pixels, for a patch the power of the tapered window over that of the window. Tapers and pixel sizes are
-/// along x and y; `s_um` is the standard deviation of the window.
+/// Divisor of the node powers of an aperiodic scan, with which the integral of S over frequency is one. For an
+/// ensemble it is `Σ t²` over pixels. For a patch it is the power of the tapered window, divided by the power of the
+/// window. Tapers and pixel sizes are along x and y; `s_um` is the standard deviation of the window.
 fn total_power((tx, ty): &(Vec<f64>, Vec<f64>), model: Model, (dx_um, dy_um): (f64, f64), s_um: f64) -> f64 {
     match model {
         Model::Ensemble => taper_power(tx, |_| 1.0) * taper_power(ty, |_| 1.0),
@@ -299,8 +307,9 @@ fn norm(lattice: &Lattice, model: Model, s_um: f64) -> f64 {
     }
 }
 
-/// Pixel of the data and weight ([`LatticeAxis::window`]) of each lattice pixel along an axis, in FFT order. The data
-/// have `size` pixels, which repeat. For `aperiodic` data, weights beyond one period around the origin are zero.
+/// For each lattice pixel along an axis, in FFT order: the pixel of the data that it takes, and its weight
+/// ([`LatticeAxis::window`]). The data have `size` pixels, which repeat. For `aperiodic` data, weights are zero farther
+/// than half of these pixels from the origin.
 fn axis_weights(axis: &LatticeAxis, size: usize, aperiodic: bool) -> Vec<(usize, f64)> {
     let n = axis.pixels as i64;
     let pixel_um = axis.period_um / axis.pixels as f64;
@@ -315,7 +324,7 @@ fn axis_weights(axis: &LatticeAxis, size: usize, aperiodic: bool) -> Vec<(usize,
         .collect()
 }
 
-/// Tukey window sampled at the middles of `n` pixels ([`TAPER_FRACTION`]).
+/// Taper t at the middles of `n` pixels: a Tukey window, with raised cosines of [`TAPER_FRACTION`] at the edges.
 pub(crate) fn taper(n: usize) -> Vec<f64> {
     (0..n)
         .map(|i| {
@@ -325,7 +334,7 @@ pub(crate) fn taper(n: usize) -> Vec<f64> {
         .collect()
 }
 
-/// `Σ t² · weight(offset)` over the pixels of a taper, with the offset from the middle pixel in pixels.
+/// `Σ t² · weight(offset)` over the pixels of a taper, where the offset is that from the middle pixel, in pixels.
 fn taper_power(taper: &[f64], weight: impl Fn(f64) -> f64) -> f64 {
     let middle = taper.len() / 2;
     taper.iter().enumerate().map(|(i, t)| t * t * weight(i as f64 - middle as f64)).sum()

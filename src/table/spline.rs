@@ -1,31 +1,33 @@
 //! Uniform cubic B-splines: coefficients from values at the knots.
 //!
-//! With the coefficients c, the value at knot i is `s[i] = (c[i − 1] + 4·c[i] + c[i + 1])/6`. Two recursive filters
-//! with the pole p invert this:
+//! A cubic B-spline is a sum of bells, one about each knot, with the coefficients c. Its value at knot i is
+//! `s[i] = (c[i − 1] + 4·c[i] + c[i + 1])/6`. Two recursive filters with the pole p, a constant, compute c from s:
 //!
 //! - forward: `u[i] = s[i] + p·u[i − 1]`,
 //! - backward: `b[i] = p·(b[i + 1] − u[i])`, and `c = 6·b`.
 //!
-//! Together they give `s[i] = b[i − 1] − (p + 1/p)·b[i] + b[i + 1]`, where `−(p + 1/p) = 4`.
+//! To check, insert u from the backward filter into the forward one: `s[i] = b[i − 1] − (p + 1/p)·b[i] + b[i + 1]`.
+//! With this p, `−(p + 1/p)` is 4.
 
-/// Pole p of both filters, `√3 − 2`: the root of `p² + 4p + 1` within the unit circle. The influence of a value falls
-/// by this factor per knot.
+/// Pole p of both filters, `√3 − 2`: the root of `p² + 4p + 1` whose magnitude is below 1. The influence of a
+/// value on coefficients falls by |p| with each knot of distance.
 pub(crate) const POLE: f64 = -0.267_949_192_431_122_7;
 
-/// Replaces uniformly spaced `values` by the coefficients of the cubic B-spline through them. The filters start as if
-/// the first value continued before the first knot, and the last u after the last knot.
+/// Replaces uniformly spaced `values` by the coefficients of the cubic B-spline through them. The forward filter
+/// starts as if all values before the first knot were equal to the first one, the backward filter as if all u after
+/// the last knot were equal to the last one.
 pub(super) fn prefilter(values: &mut [f64]) {
     let n = values.len();
     // The coefficient of a constant is its value.
     if n < 2 {
         return;
     }
-    // Forward filter. For a constant s, u is s/(1 − p).
+    // Forward filter. Where s is constant, u = s/(1 − p).
     values[0] /= 1.0 - POLE;
     for i in 1..n {
         values[i] += POLE * values[i - 1];
     }
-    // Backward filter. For a constant u, b is −p·u/(1 − p).
+    // Backward filter. Where u is constant, b = −p·u/(1 − p).
     values[n - 1] *= -POLE / (1.0 - POLE);
     for i in (0..n - 1).rev() {
         values[i] = POLE * (values[i + 1] - values[i]);

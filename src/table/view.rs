@@ -1,13 +1,18 @@
-//! Look-up in a [`super::PackedTable`], generic over [`Numbers`].
+//! Look-up of the power spectrum S in a [`super::PackedTable`], generic over [`Numbers`].
 //!
-//! A look-up at the frequency f in cycles/µm and the phase rate κ in rad/µm reads `taps.x · taps.y` nodes. Of each node
-//! it reads the entry and the packets that contain four consecutive spline coefficients. Packets begin at multiples of
-//! their length, so six or eight coefficients are read, some with weights of zero: three packets of two or two of four.
+//! A look-up at the frequency f in cycles/µm and the phase rate κ in rad per µm of height reads `taps.x · taps.y` nodes
+//! of the frequency lattice. A node's power or amplitude over κ is a header and a cubic spline. Of each node a look-up
+//! reads the entry, and the packets of words that contain the four spline coefficients around κ. Packets begin at
+//! multiples of their length, so six or eight coefficients are read, some with weights of zero: three packets of two or
+//! two packets of four.
+//!
 //! Symbols are those of the [module](super), formulas of a node those of [`super::SpectralTable`], and the words of
-//! entries and packets those of [`Format`]. Either has a fixed number W of words: `gather::<W>(words, i)` reads the
-//! words W·i to W·i + W − 1.
+//! entries and packets those of [`Format`]. Entries have a fixed number W of words, and so have packets:
+//! `gather::<W>(words, i)` reads the words W·i to W·i + W − 1.
 //!
-//! Numbers are either values or *recorded* variables, whose operations Dr.Jit compiles into kernels.
+//! `N` is a family of numbers (`src/numeric`). An `N::Real` is one number, a SIMD vector, or a *traced* variable,
+//! whose operations the Mitsuba plugin records in kernels; an `N::Index` is likewise an unsigned integer. `lit` makes
+//! constants.
 
 use super::format::Format;
 use super::kernel::InterpolationKernel;
@@ -16,8 +21,9 @@ use crate::numeric::math::{bf16_pair, cubic_b_spline, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Real};
 use std::f64::consts::LOG2_E;
 
-/// Largest number of nodes in a row that are read without a loop, so that recorded kernels need no nested loops. Longer
-/// rows would make kernels slow to compile. Presets with the default coherence length and tolerance have shorter ones.
+/// Largest number of nodes in a row that are read without a loop, so that recorded kernels need no loop within a loop.
+/// A larger value makes kernels slow to compile. Presets with the default coherence length and tolerance read shorter
+/// rows.
 const UNROLLED_TAPS: u32 = 8;
 
 /// Evaluator of a [`super::PackedTable`] over the numbers `N`.
@@ -60,29 +66,30 @@ impl<N: Numbers> TableView<N> {
         self.density_of(f, kappa, None, active)
     }
 
-    /// [`TableView::density`] with the widths of all orders, but not their peaks, multiplied by `window`, which is in
-    /// (0, 1]. `None` stands for 1. Tables whose nodes are not orders need `None`.
+    /// [`TableView::density`] with the widths of all orders, but not their peaks, multiplied by `order_width_factor`,
+    /// which is in (0, 1]. `None` stands for 1. Tables whose nodes are not diffraction orders need `None`.
     #[inline(always)]
     pub(crate) fn density_of(
         &self,
         f: [N::Double; 2],
         kappa: N::Real,
-        window: Option<N::Real>,
+        order_width_factor: Option<N::Real>,
         active: N::Mask,
     ) -> N::Real {
         let layout = &self.layout;
         let lit = N::Real::lit;
-        // In nodes from the node of frequency 0; nodes are 1/period apart.
+        // Position in nodes from the node of frequency 0; nodes are 1/period apart.
         let position: [N::Double; 2] = std::array::from_fn(|axis| f[axis] * N::Double::lit(layout.period_um[axis]));
         let first: [FirstTap<N>; 2] = std::array::from_fn(|axis| self.first_tap(position[axis], axis));
         let curve = Curve::<N>::new(layout, kappa);
-        let [re, im] = self.sum(&first, &curve, window, active);
+        let [re, im] = self.sum(&first, &curve, order_width_factor, active);
         let value = match layout.format {
             Format::Complex => re * re + im * im,
             // Where the power is about zero, the spline may be negative by the tolerance.
             Format::Fixed => {
                 let [x, y] = position.map(N::narrow);
-                let weight = self.kernel_weight(0, x, window) * self.kernel_weight(1, y, window);
+                let weight =
+                    self.kernel_weight(0, x, order_width_factor) * self.kernel_weight(1, y, order_width_factor);
                 (re + self.order_zero(&curve, weight, &first)).max(lit(0.0))
             }
             Format::Single | Format::FixedFromZero => re.max(lit(0.0)),
@@ -102,7 +109,7 @@ impl<N: Numbers> TableView<N> {
         &self,
         [first_x, first_y]: &[FirstTap<N>; 2],
         curve: &Curve<N>,
-        window: Option<N::Real>,
+        order_width_factor: Option<N::Real>,
         active: N::Mask,
     ) -> [N::Real; 2] {
         let (lit, int) = (N::Real::lit, N::Index::lit);
@@ -110,7 +117,8 @@ impl<N: Numbers> TableView<N> {
         // Nodes in a row of the lattice.
         let columns = int(2 * self.layout.reach[0] + 1);
         // Weights of the columns. Numbers by value compute them once for all rows.
-        let weight_x = N::tabulated(taps_x, |i| self.kernel_weight(0, first_x.distance - N::real(i), window));
+        let weight_x =
+            N::tabulated(taps_x, |i| self.kernel_weight(0, first_x.distance - N::real(i), order_width_factor));
         let add_node = |node: N::Index, weight: N::Real, [re, im]: [N::Real; 2]| {
             let [a, b] = self.node(curve, node, active);
             [weight.fma(a, re), weight.fma(b, im)]
@@ -126,7 +134,7 @@ impl<N: Numbers> TableView<N> {
                 // The text labels the loop in recorded kernels. The first part of the state is the index.
                 N::while_loop(c"orders of a row", start, go_on, step).1
             };
-            let weight_y = self.kernel_weight(1, first_y.distance - N::real(iy), window);
+            let weight_y = self.kernel_weight(1, first_y.distance - N::real(iy), order_width_factor);
             std::array::from_fn(|part| weight_y.fma(row_sum[part], sum[part]))
         };
         // A single row needs no loop in recorded kernels.
@@ -139,10 +147,12 @@ impl<N: Numbers> TableView<N> {
         }
     }
 
-    /// Weight of a node at a distance in nodes along an axis, with the `window` of [`TableView::density_of`].
+    /// Weight of a node at a distance in nodes along an axis, with the `order_width_factor` of
+    /// [`TableView::density_of`].
     #[inline(always)]
-    fn kernel_weight(&self, axis: usize, distance: N::Real, window: Option<N::Real>) -> N::Real {
-        kernel_weight(self.layout.kernel[axis], window.map_or(distance, |window| distance / window))
+    fn kernel_weight(&self, axis: usize, distance: N::Real, order_width_factor: Option<N::Real>) -> N::Real {
+        let distance = order_width_factor.map_or(distance, |factor| distance / factor);
+        kernel_weight(self.layout.kernel[axis], distance)
     }
 
     /// Contribution of `P(0)` of order zero, which entries of [`Format::Fixed`] leave out; all other nodes have
@@ -170,8 +180,8 @@ impl<N: Numbers> TableView<N> {
         FirstTap { index: N::index_of_double(first + lit(reach)), distance: N::narrow(position - first) }
     }
 
-    /// Power of a node and 0, or real and imaginary part of its amplitude. `node` is its index in the lattice. In
-    /// [`Format::Fixed`] the power is without `P(0)`.
+    /// Power of a node and 0, or real and imaginary part of its amplitude. `node` is its row-major index in the
+    /// lattice. In [`Format::Fixed`] the power lacks the term of `P(0)`.
     #[inline(always)]
     fn node(&self, curve: &Curve<N>, node: N::Index, active: N::Mask) -> [N::Real; 2] {
         let lit = N::Real::lit;
@@ -250,8 +260,8 @@ fn kernel_weight<R: Real>(kernel: InterpolationKernel, distance: R) -> R {
 struct Curve<N: Numbers> {
     /// First packet read, in packets from the start of a node's coefficients.
     packet: N::Index,
-    /// Weights of the eight coefficients from the first of that packet on. At most four of them, in a row, are not
-    /// zero. Formats with packets of two coefficients use the first six.
+    /// Weights of eight coefficients, from the first of that packet on. At most four of them, in a row, are not zero.
+    /// Formats with packets of two coefficients use the first six.
     weights: [N::Real; 8],
     /// `κ²/(κ² + κ₀²)` and 0 for powers, real and imaginary part of `κ/(κ + iκ₀)` for amplitudes.
     spline_factor: [N::Real; 2],
@@ -271,7 +281,7 @@ impl<N: Numbers> Curve<N> {
         let packet = N::index(t) >> shift;
         // Position in knots from that of the packet's first coefficient: coefficient i belongs to the knot i − 1.
         let offset = t - N::real(packet << shift) + lit(1.0);
-        // κ₀ is positive, so the divisors are, too.
+        // κ₀ is positive, so the divisors are not zero.
         let knee_squared = lit(layout.kappa_knee * layout.kappa_knee);
         let squares = kappa.fma(kappa, knee_squared);
         let kappa_per_squares = kappa / squares;

@@ -1,9 +1,10 @@
 //! Expansions of the phase screen in powers or Chebyshev polynomials of the height (docs/model.md#the-two-expansions).
 //!
-//! With `exp(iκh) = Σ_n a_n(κ) φ_n(h/H)` an order amplitude is `c_j(κ) = Σ_n a_n(κ) DFT{φ_n(h/H)}_j`. So the transforms
-//! depend on neither direction nor wavelength. Here h is the height from the middle of its range and H half the range,
-//! both in µm. κ is the phase rate in rad/µm. Orders j of the tile and the sign of the DFT are those of `screen.rs`.
-//! Single 2014 is listed in docs/model.md#sources.
+//! Here h is the height from the middle of its range and H half the range, both in µm; κ is the phase rate in rad per
+//! µm of height, and n numbers the terms. With `exp(iκh) = Σ_n a_n(κ) φ_n(h/H)`, the amplitude of the diffraction
+//! order j is `c_j(κ) = Σ_n a_n(κ) DFT{φ_n(h/H)}_j`. Direction and wavelength are in κ alone, so the transforms depend
+//! on neither. Orders j of the tile and the sign of the DFT are those of `screen.rs`. J_n is a Bessel function. Single
+//! 2014 is listed in docs/model.md#sources.
 //!
 //! | series | φ_n(u), u = h/H | a_n(κ) |
 //! | --- | --- | --- |
@@ -30,9 +31,10 @@ pub enum Series {
 }
 
 /// Number N of Chebyshev terms that represent `exp(iκh)` with an absolute error of at most `tolerance`, for all |h| ≤ H
-/// and κH up to `kappa_h`, which is finite; at least 1. `tolerance` is well above 1e-20, to which the sum is taken.
+/// and κH up to `kappa_h`, which is finite; at least 1. `tolerance` is well above 1e-20.
 ///
-/// The error is at most `2 Σ_{n≥N} |J_n(κH)|`. For n > κH the Bessel functions decrease faster than geometrically.
+/// The error is at most `2 Σ_{n≥N} |J_n(κH)|`. For n > κH the Bessel functions decrease faster than geometrically, so
+/// the sum is cut where they are below 1e-20.
 pub fn chebyshev_terms(kappa_h: f64, tolerance: f64) -> usize {
     // Beyond this n every J_n is below 1e-20: J_n falls over a transition of the width (κH)^⅓ around n = κH.
     let last = (kappa_h + 12.0 * (kappa_h.cbrt() + 2.0)).ceil() as usize;
@@ -51,7 +53,7 @@ pub fn chebyshev_terms(kappa_h: f64, tolerance: f64) -> usize {
 ///
 /// Rounding is not included; see [`Series::Taylor`].
 pub fn taylor_terms(kappa_h: f64, tolerance: f64) -> usize {
-    // Logarithms, since terms reach `e^{κH}`.
+    // Logarithms of terms, since terms reach `e^{κH}` and could overflow.
     let (mut log_term, log_accepted) = (0.0, (0.5 * tolerance).ln());
     let mut n = 0;
     // For n > 2κH terms decrease at least by half, so the error is at most twice the first neglected term.
@@ -64,7 +66,7 @@ pub fn taylor_terms(kappa_h: f64, tolerance: f64) -> usize {
 
 /// Transforms `DFT{T_n(h/H)}` or `DFT{(h/H)ⁿ}` of one tile, one term at a time.
 ///
-/// Powers are those of `h/H` rather than of `h`, so that terms neither overflow nor vanish in single precision.
+/// Powers are those of `h/H` rather than of `h`, so that they neither overflow nor vanish in single precision.
 pub struct TermTransform<T: Precision> {
     /// Expansion whose terms are transformed.
     series: Series,

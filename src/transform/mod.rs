@@ -4,7 +4,8 @@
 //! | --- | --- |
 //! | h | height in µm |
 //! | H | half the range of heights in µm |
-//! | κ | phase rate `2π(cosθi + cosθo)/λ`, in rad/µm |
+//! | κ | phase rate in rad/µm: light gains the phase κh at the height h, with `κ = 2π(cosθi + cosθo)/λ` |
+//! | λ, θi, θo | wavelength, and angles from the normal of the light's arrival and exit |
 //! | j = (jx, jy) | diffraction order of the tile, which is Lx by Ly µm large |
 //! | c_j(κ) | order amplitude: mean over the tile of `exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))` |
 //!
@@ -13,7 +14,7 @@
 //!
 //! - [`OrderTransform`]: all `c_j(κ)` of one κ by FFT, in double precision.
 //! - [`Expansion`]: transforms of powers or Chebyshev polynomials of h, from which `c_j(κ)` follows for any κ.
-//! - [`TermTransform`]: these transforms, one term at a time.
+//! - [`TermTransform`]: the transforms of an [`Expansion`], one term at a time.
 //! - [`naive_order_amplitude`]: the direct sum, the reference for all others.
 //! - [`periods`]: the dominant periods of the heights.
 //!

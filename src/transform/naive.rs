@@ -1,6 +1,7 @@
 //! Direct sum for the amplitude of a diffraction order of a tile of nx × ny pixels with the heights h(ix, iy) in µm:
 //!
-//! `c_j(κ) = 1/(nx·ny) Σ exp(iκh(ix, iy))·exp(+2πi(jx·ix/nx + jy·iy/ny))` for the order j = (jx, jy).
+//! `c_j(κ) = 1/(nx·ny) Σ exp(iκh(ix, iy))·exp(+2πi(jx·ix/nx + jy·iy/ny))` for the order j = (jx, jy) and the phase rate
+//! κ in rad per µm of height, with the sum over all pixels (docs/model.md#the-phase-screen).
 
 use crate::height_field::HeightField;
 use std::f64::consts::TAU;

@@ -1,9 +1,9 @@
 //! Dominant periods of a relief, from the power spectrum of its heights.
 //!
-//! - A *wave* is a bin (jx, jy) of the transform: jx and jy periods over the extents Lx and Ly in µm. It has the
-//!   frequencies fx = jx/Lx and fy = jy/Ly in cycles/µm, and the direction φ = atan2(fy, fx).
+//! - A *wave* is a bin (jx, jy) of the heights' Fourier transform: jx and jy periods over the extents Lx and Ly in µm
+//!   of the field. It has the frequencies fx = jx/Lx and fy = jy/Ly in cycles/µm, and the direction φ = atan2(fy, fx).
 //! - An *axis bin* j of the x axis sums the power of all waves with |jx| = j within 45° of that axis, for any jy.
-//!   Axis bins of the y axis likewise. Axis bin 0 is empty, since its only wave is the mean.
+//!   Axis bins of the y axis are defined alike. Axis bin 0 is empty, since its only wave is the mean.
 //! - A peak is an axis bin j whose power is at least that of its two neighbours. Powers from bin [`REFINED_MIN`] on
 //!   are smoothed beforehand.
 //! - The dominant period is the extent divided by the position j of the peak with the largest j·power(j). The factor j,
@@ -16,15 +16,16 @@ use serde::Serialize;
 use std::f64::consts::TAU;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Fraction of the heights' variance at or below which a peak is attributed to rounding. Chosen: larger values miss
-/// weak periods; smaller ones mistake rounding for periods.
+/// Fraction of the heights' variance at or below which the power of a peak is attributed to rounding. Chosen: larger
+/// values miss weak periods; smaller ones mistake rounding for periods.
 const POWER_FRACTION_MIN: f64 = 1e-9;
-/// Smallest axis bin that is smoothed, and refined as a peak, by its neighbours. Bins 1 and 2 are not, since their
-/// neighbours hold other waves: bin 1 the tilt of the relief, bins 2 and 3 the harmonics of bin 1.
+/// Smallest axis bin that is smoothed with its neighbours, and whose position as a peak they refine. Bins 1 and 2 are
+/// used as they are, since their neighbours hold other waves: bin 1 the tilt of the relief, bins 2 and 3 the harmonics
+/// of bin 1.
 const REFINED_MIN: usize = 3;
-/// Half width of the band of frequencies that counts for a period's power and direction, as a fraction of its
+/// Half width of the band of frequencies that counts for a period's power and direction, as a fraction of the period's
 /// frequency. The band reaches at least one axis bin to either side ([`Period::power_share`]). Chosen: larger values
-/// include more of an irregular pattern; smaller ones exclude other patterns.
+/// include more of an irregular pattern, but also other patterns; smaller ones do the opposite.
 const BAND: f64 = 0.1;
 
 /// Dominant period along one axis.
@@ -32,11 +33,12 @@ const BAND: f64 = 0.1;
 pub struct Period {
     /// Period along the axis, in µm.
     pub period_um: f64,
-    /// Mean direction of the wave vectors in degrees from +x, in (−90, 90], weighted by power, of the waves that
-    /// `power_share` counts.
+    /// Mean direction in degrees from +x towards +y, in (−90, 90], of the waves that `power_share` counts, weighted by
+    /// their power.
     pub direction_deg: f64,
-    /// Fraction of the heights' variance, after the window, in waves within 45° of the axis whose frequency along the
-    /// axis differs from that of the period by at most 10 %, or by one bin if that is more.
+    /// Fraction of the variance of the heights, after multiplication by the window, in waves near the period. These are
+    /// the waves within 45° of the axis whose frequency along the axis differs from that of the period by at most 10 %,
+    /// or by one bin if that is more.
     pub power_share: f64,
 }
 
@@ -54,7 +56,8 @@ pub struct Periods {
 struct AxisBin {
     /// Sum of |DFT|² of the waves, not normalised.
     power: f64,
-    /// Sum of the waves' powers times `exp(2iφ)`. By the double angle the opposite waves f and −f add up.
+    /// Sum of the waves' powers times `exp(2iφ)`. With the double angle, the opposite waves f and −f of one real wave
+    /// add up rather than cancel.
     direction: Complex64,
 }
 
@@ -121,13 +124,14 @@ fn signed(bin: usize, n: usize) -> i64 {
 /// all waves of the field, also those within 45° of the other axis.
 fn peak(bins: &[AxisBin], extent_um: f64, total: f64, repeats: bool) -> Option<Period> {
     let raw = |j: usize| bins.get(j).map_or(0.0, |bin| bin.power);
-    // Binomial smoothing reduces the noise of a single realisation, and leaves a single line in place.
+    // Smoothing with the weights ¼, ½, ¼ reduces random variation between bins, and leaves the peak of a regular
+    // pattern in place.
     let smooth = |j: usize| {
         if j < REFINED_MIN { raw(j) } else { 0.25 * raw(j - 1) + 0.5 * raw(j) + 0.25 * raw(j + 1) }
     };
     // Bin 1 of a field that does not repeat contains a part of its tilt.
     let first = if repeats { 1 } else { 2 };
-    // Smoothing also gives power to an empty bin, which is no peak.
+    // Smoothing also gives power to a bin that is empty before. Such a bin is no peak, hence the last condition.
     let best = (first..bins.len())
         .filter(|&j| smooth(j) >= smooth(j - 1) && smooth(j) >= smooth(j + 1) && raw(j) > 0.0)
         .max_by(|&a, &b| (a as f64 * smooth(a)).total_cmp(&(b as f64 * smooth(b))))?;
@@ -146,7 +150,7 @@ fn peak(bins: &[AxisBin], extent_um: f64, total: f64, repeats: bool) -> Option<P
     if power_share.is_nan() || power_share <= POWER_FRACTION_MIN {
         return None;
     }
-    // Half of the double angle of the sum.
+    // The sum has the double angle.
     let degrees = (0.5 * direction.arg()).to_degrees();
     // Removes rounding of the transform. Adding 0 removes the sign of −0.
     let rounded = (degrees * 1e6).round() / 1e6 + 0.0;

@@ -1,7 +1,7 @@
-//! Order amplitudes by FFT.
+//! Amplitudes of diffraction orders by FFT.
 //!
 //! - h(ix, iy): height in µm of pixel (ix, iy), for a tile of nx × ny pixels. H: half the range of heights.
-//! - κ: phase rate in rad/µm.
+//! - κ: phase rate in rad per µm of height. The *phase screen* is `exp(iκh)`.
 //! - `c_j(κ) = 1/(nx·ny) Σ exp(iκh(ix, iy))·exp(+2πi(jx·ix/nx + jy·iy/ny))`: amplitude of the order j = (jx, jy), with
 //!   the sum over all pixels (docs/model.md#the-phase-screen).
 
@@ -11,10 +11,10 @@ use crate::numeric::math::sines_and_cosines;
 use rayon::prelude::*;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Number of pixels that a thread takes at a time. Smaller chunks spend more time on scheduling; larger ones distribute
-/// less evenly.
+/// Number of pixels that a thread takes at a time. Smaller chunks spend more time on scheduling; larger ones leave
+/// threads without work at the end.
 pub(super) const CHUNK: usize = 4096;
-/// Number of angles in a call of [`sines_and_cosines`].
+/// Number of angles in a call of [`sines_and_cosines`], which computes them side by side.
 const ANGLES: usize = 4;
 
 /// Order amplitudes `c_j(κ)` of one tile for every order j, by FFT in double precision.

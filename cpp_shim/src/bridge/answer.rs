@@ -1,9 +1,10 @@
 //! Evaluation of a surface: values, densities, samples and Mueller matrices, by value and traced with the same code.
 //!
-//! The code is generic over a family of numbers ([`Numbers`]): [`Plain`] for plain numbers, [`Lanes`] for four SIMD
-//! lanes, [`Traced`] for variables of Dr.Jit (traced.rs). A surface has one of four kinds of tables ([`Tables`]), and
-//! each kind has a [`Lobe`] that evaluates it. `tables.0` holds the tables; `tables.1`, unused here, says whether they
-//! were built or cached. Directions and units are those of bridge.rs.
+//! The code is generic over a family of numbers `N` ([`Numbers`]): [`Plain`] for plain numbers, [`Lanes`] for four
+//! SIMD lanes, [`Traced`] for variables of Dr.Jit (traced.rs). `N::Real` is one number of the family, and
+//! `N::Real::lit` makes a constant. A surface has one of four kinds of tables ([`Tables`]), and each kind has a
+//! [`Lobe`] that evaluates it. `tables.0` holds the tables; `tables.1`, unused here, says whether they were built or
+//! cached. Directions and units are those of bridge.rs.
 
 use super::super::scope::Scope;
 use super::super::traced::{Traced, Var, WordsVar};
@@ -92,7 +93,7 @@ impl Surface {
     }
 
     /// The value at four wavelengths, or as red, green, blue and luminance; then the density. Zero where `part`
-    /// excludes it. `gamut` applies to surfaces in colours.
+    /// excludes it. `gamut` says whether surfaces in colours keep negative channels or desaturate such colours.
     #[inline(always)]
     pub(super) fn answer<N: Numbers>(&self, part: Part, gamut: Gamut, query: Query<N>) -> [N::Real; 5] {
         let with_luminance = |[r, g, b]: [N::Real; 3]| [r, g, b, luminance([r, g, b])];
@@ -179,8 +180,8 @@ impl Surface {
     }
 }
 
-/// The four numbers of a lobe's value, then its density. `carried` is the wavelengths or the colour space, and
-/// `four_numbers` converts the value.
+/// The four numbers of a lobe's value, then its density. `carried` is what the variant's rays carry: four wavelengths
+/// in nm, or the colour space. `four_numbers` converts the lobe's value to four numbers.
 #[inline(always)]
 fn evaluated<N: Numbers, C: Copy, T: Lobe<N, C>>(
     lobe: &T,

@@ -1,6 +1,6 @@
 //! Refractive index eta + ik from the samples that C++ passes (`IndexSamples` in bridge.rs).
 //!
-//! Each of eta and k has two lists: wavelengths in nm and values.
+//! Each of eta and k has two lists: wavelengths in nm, and values at these wavelengths.
 //!
 //! | wavelengths | values | meaning |
 //! | --- | --- | --- |
@@ -14,8 +14,8 @@ use sunbeam::table::WAVELENGTH_MIN_NM;
 
 /// The complex index, or `None` where both lists of eta or of k are empty.
 ///
-/// An index that depends on the wavelength has samples at all wavelengths of eta and of k. A part without a sample at
-/// one of them is interpolated linearly.
+/// An index that depends on the wavelength gets samples at all wavelengths that eta or k has. If only one of the two
+/// has a sample at a wavelength, the other is interpolated linearly.
 ///
 /// # Errors
 /// The errors of [`SpectralIndex::sampled`].

@@ -1,5 +1,9 @@
 //! Steps of central difference quotients, by which C++ (`lobe.h`) differentiates values of the BSDF with respect to the
 //! components of directions. C++ derives the steps of the relief's relative sizes `scale` and `depth` from them.
+//!
+//! Tables are functions of two variables. One is the scattering vector's tangential part over the wavelength, over
+//! which each diffraction order is a Gaussian. The other is the phase rate κ = 2πw/λ in rad per µm of height, with
+//! the scattering vector's normal component w = cosθi + cosθo.
 
 use super::ffi;
 use super::surface::{Surface, Tables};
@@ -10,8 +14,8 @@ use sunbeam::table::WAVELENGTH_MIN_NM;
 /// the tables. The relative error of a central quotient is about h²/6, or 4e-4. Larger steps increase it; smaller ones
 /// amplify rounding in single precision.
 const STEP_FRACTION: f64 = 0.05;
-/// Largest distance between knots in w = cosθi + cosθo from which a step is derived. Chosen: also the distance for
-/// tables of gratings, which have no knots in w.
+/// Largest distance between knots in w from which a step is derived: half of the range of w, from 0 to 2. Tables of
+/// gratings, which have no knots in w, take it, too.
 const KNOT_STEP_MAX: f64 = 1.0;
 
 impl Surface {
@@ -19,8 +23,7 @@ impl Surface {
     pub(super) fn steps(&self) -> ffi::Steps {
         // At the shortest wavelength, where orders are narrowest and knots densest in direction cosines.
         let shortest_um = WAVELENGTH_MIN_NM * 1e-3;
-        // Standard deviation of an order in direction cosines x and y, and distance of the tables' knots in w = λκ/2π,
-        // with the phase rate κ in rad/µm.
+        // Standard deviation of an order in direction cosines x and y, and distance of the tables' knots in w = λκ/2π.
         let (order_sigma, knot_step) = match &self.tables {
             Tables::Spectral(tables) => {
                 let layout = &tables.0.layout().table;

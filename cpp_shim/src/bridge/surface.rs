@@ -149,7 +149,8 @@ impl Surface {
             Tables::Grating(tables) => tables.clone(),
             Tables::GratingColours(tables) => tables.clone(),
         };
-        // The last bit tells whether there are Jones matrices, which surfaces with the same tables share.
+        // The last bit tells whether there are Jones matrices. Surfaces with the same tables have the same matrices, if
+        // any.
         let identity = 2 * table_number(shared) + u64::from(jones.is_some());
         Ok(Box::new(Self { recipe, tables, jones, identity }))
     }
@@ -179,7 +180,7 @@ impl Surface {
     }
 }
 
-/// Number of these tables, from 1 on. It is never given to other tables in this process, unlike their address, which
+/// Number of these tables, from 1 on. No other tables in this process ever get it. Their address would not do, since it
 /// may be reused after they are freed.
 fn table_number(tables: Arc<dyn Any + Send + Sync>) -> u64 {
     /// Tables that have a number.

@@ -13,16 +13,16 @@ use super::status::{CallError, Status, call};
 use sunbeam::scattering::{Vec3, unit_vector};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
-/// Largest number of wavelengths of an item. It limits the memory that a wrong count can allocate; useful spectra have
-/// fewer.
+/// Largest number of wavelengths of an item, stated in the header. It limits the memory that a wrong count can
+/// allocate; useful spectra have fewer.
 const WAVELENGTHS_MAX: usize = 4096;
 
 /// Bad items of a batch.
 #[derive(Default)]
 struct BadItems {
-    /// Their number.
+    /// Number of bad items.
     bad: usize,
-    /// Index and error of the first.
+    /// Index and error of the first bad item.
     first: Option<(usize, String)>,
 }
 
@@ -44,12 +44,12 @@ impl BadItems {
     }
 }
 
-/// Unit vector of item `i`; `argument` is the name of `items` in the error.
+/// Direction of item `i` as a unit vector; `argument` is the name of `items` in the error.
 fn direction(argument: &str, items: &Input, i: usize) -> Result<Vec3, String> {
     unit_vector(items.three(i)).map_err(|error| format!("`{argument}` {error}"))
 }
 
-/// Wavelengths of all items, and a buffer for those of one.
+/// Wavelengths of all items, and a buffer for the wavelengths of one item.
 struct Wavelengths {
     items: Input,
     buffer_nm: Vec<f64>,
@@ -117,8 +117,8 @@ impl Queries {
 }
 
 impl SurfaceHandle {
-    /// Evaluates a batch. `f` receives `f_r` at each wavelength, `pdf` the mean density over the wavelengths; `None`
-    /// where the caller does not need one of them.
+    /// Evaluates a batch. `f` receives the BSDF at each wavelength, `pdf` the mean density over the wavelengths.
+    /// Either is `None` if the caller does not need it.
     fn eval(&self, mut queries: Queries, f: Option<Output>, pdf: Option<Output>) -> Result<(), CallError> {
         let mut bad_items = BadItems::default();
         for i in 0..queries.count {
@@ -148,8 +148,9 @@ impl SurfaceHandle {
         Ok(())
     }
 
-    /// Samples item `i` of a batch: its direction and density, and in `weights` its weight at each wavelength. `None`
-    /// if `wi` or the sampled direction lies beyond the horizon, or the density is 0. A bad item is an error.
+    /// Samples item `i` of a batch. Returns its direction and density, and writes its weight at each wavelength to
+    /// `weights`. `None` if `wi` or the sampled direction lies beyond the horizon, or the density is 0. A bad item is
+    /// an error.
     fn sample_item(
         &self,
         wi: &Input,
@@ -164,10 +165,9 @@ impl SurfaceHandle {
             return Err(format!("`u` holds {outside}; all must be in [0, 1)"));
         }
         let Some(wo) = self.surface.sample_direction(wi, wavelengths_nm, u) else { return Ok(None) };
-        // `weights` first receives f |cosθo|, then the density divides it.
+        // A weight is f·|cosθo|/pdf. With a density of 0 there is no sample, and the weights are not used.
         let pdf = self.surface.eval_pdf(wi, wo, wavelengths_nm, |k, f| weights[k] = f * wo[2].abs());
         weights.iter_mut().for_each(|weight| *weight /= pdf);
-        // With a density of 0 there is no sample, and the weights are not used.
         Ok((pdf > 0.0).then_some((wo, pdf)))
     }
 }

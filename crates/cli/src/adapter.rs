@@ -99,12 +99,12 @@ fn compile_all(gpu: &Gpu) -> Result<(Vec<CompiledShader>, Shader), Box<dyn Error
     for kind in MethodKind::ALL {
         shade(kind.name(), &*build(kind, &field, &patch, &MethodOptions::default())?)?;
     }
-    // Stam's method has a second shader, and tables have others for energy conservation and films.
+    // The option `gems` gives Stam's method a second shader. Energy conservation and films give the table others.
     let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
     shade("stam of GPU Gems", &*build(MethodKind::Stam, &field, &patch, &gems)?)?;
     let conserving = build(MethodKind::Table, &field, &Options::default(), &MethodOptions::default())?;
     shade("table that keeps energy", &*conserving)?;
-    // The shader does not depend on the heights, so `field` is not magnified by the index, as a film's should be.
+    // Heights of a film must be magnified by its index. `field` is not, since the shader does not depend on heights.
     let is_film = true;
     let film = Options { body: Some(TransparentBody::new(1.5, is_film, patch.coherence_length_um)), ..patch };
     shade("table of a film", &*build(MethodKind::Table, &field, &film, &MethodOptions::default())?)?;

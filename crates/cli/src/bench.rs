@@ -1,4 +1,7 @@
 //! `sunbeam bench`: speed against error of every method, numerical stability, and the sampler's weights.
+//!
+//! The measurements are in [`crate::benchmarks`]. This module has the arguments, the choice of surfaces and the
+//! reports.
 
 mod plot;
 
@@ -23,8 +26,8 @@ const METHOD_PRESETS: [Preset; 3] = [Preset::Blazed, Preset::Elaphe, Preset::Xen
 /// Presets whose samplers are measured unless a surface is given.
 const SAMPLER_PRESETS: [Preset; 6] =
     [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar, Preset::Cd, Preset::Elaphe, Preset::Xenopeltis];
-/// Samples for each direction of the incident light and each wavelength. More make the 99.9th percentile more certain:
-/// about 100 of these lie above it.
+/// Samples for each direction of the incident light and each wavelength. About 100 of them lie above the 99.9th
+/// percentile; with more samples the percentile would be more certain.
 const SAMPLES: usize = 100_000;
 /// Samples with `--quick`, where the 99.9th percentile is the largest sample.
 const QUICK_SAMPLES: usize = 1000;
@@ -216,7 +219,7 @@ fn bench_sampler(args: &BenchArgs) -> Outcome {
         }
         let name = surface_name(&config);
         log(start, &name);
-        // The origin of the tables (built or cached) is known: without a cache they are built.
+        // Without a cache the tables are always built, so their origin is not reported.
         let (surface, _origin) = config.build(&Cache::off())?;
         let figures = SamplerFigures { bytes: surface.sampler().bytes(), rows: sampler(&surface, samples) };
         surfaces.push(Named { name, figures });
@@ -245,7 +248,7 @@ fn surface_name(config: &SurfaceConfig) -> String {
     }
 }
 
-/// Opens the GPU. On a machine without an adapter, the inner error is the reason.
+/// Opens the GPU. On a machine without an adapter, the inner result is the reason as a text.
 ///
 /// # Errors
 /// Any other failure to open the adapter.

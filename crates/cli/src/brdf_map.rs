@@ -1,4 +1,7 @@
 //! `sunbeam brdf-map`: the reflectance over the outgoing hemisphere as a picture.
+//!
+//! wi is the direction to the light, one for the whole map; wo is the outgoing direction of a pixel. `f_r` is the
+//! reflectance in 1/sr.
 
 use super::arguments::{direction_from_degrees, out_of_range};
 use super::encode;
@@ -19,7 +22,7 @@ use sunbeam_realtime::{AdapterChoice, Query};
 /// Accepted numbers of pixels along a side of the map. The largest map takes 6.4 GB, 24 bytes a pixel: 12 for the
 /// colour, and up to 12 for the encoded EXR, or afterwards for the automatic exposure.
 const SIDE_PIXELS: RangeInclusive<usize> = 1..=16_384;
-/// Largest number of directions in one call of the GPU; their queries (pairs of directions) take 50 MB. Larger values
+/// Largest number of directions in one call of the GPU. Their queries (pairs of directions) take 50 MB. Larger values
 /// need more memory; smaller ones take more calls. The shader's own buffer holds the same number of queries.
 const DIRECTIONS_MAX: usize = 1 << 20;
 /// Direction of the pixels outside the disc. Any direction below the surface would do: the reflectance there is 0.
@@ -59,7 +62,7 @@ pub(crate) struct BrdfMapArgs {
     #[arg(long, value_name = "any|software")]
     adapter: Option<AdapterChoice>,
     /// Pixels along each side
-    #[arg(long, value_name = "PIXELS", default_value_t = 256)]
+    #[arg(long, value_name = "PIXELS", default_value_t = 256, allow_negative_numbers = true)]
     size: usize,
     #[command(flatten)]
     method: MethodArgs,
@@ -84,7 +87,7 @@ struct Map {
     wavelengths: Option<usize>,
     /// Seconds for all directions, without building the method's data.
     seconds: f64,
-    /// `None` for a map by the CPU.
+    /// Adapter and its time; `None` for a map by the CPU.
     gpu: Option<GpuReport>,
 }
 
@@ -136,8 +139,8 @@ impl BrdfMapArgs {
             return Err("--adapter has no effect with --backend cpu; --backend gpu has one".to_owned());
         }
         // The colours of --stam-form gems are not multiplied by a Fresnel factor.
-        if self.method.is_gems() && self.surface.has_index() {
-            return Err(no_effect_with_gems("--eta"));
+        if let Some(flag) = self.surface.index_flag().filter(|_| self.method.is_gems()) {
+            return Err(no_effect_with_gems(flag));
         }
         match self.exposure {
             Some(exposure) if !(exposure.is_finite() && exposure > 0.0) => {
@@ -207,8 +210,8 @@ fn on_cpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
     let colour = |wo| reflector.eval_rgb(wi, wo, &spectrum).map(|value| value as f32);
     let rgb = reflector.map_indices(args.pixel_count(), |i| args.wo(i).map_or([0.0; 3], colour));
     let seconds = start.elapsed().as_secs_f64();
-    // Direct sum, table, flss and pq sum over fixed steps. The other methods, nmm and stam, choose the wavelengths of
-    // each pair of directions.
+    // The methods exact, table, flss and pq sum over fixed steps between wavelengths. nmm and stam choose the
+    // wavelengths of each pair of directions, and a colour table has summed over them before.
     let has_fixed_steps = match method {
         Method::Exact | Method::Table => true,
         Method::Colour(kind) => kind.options().contains(&"lambda_step_nm"),
@@ -220,7 +223,7 @@ fn on_cpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
 fn on_gpu(args: &BrdfMapArgs) -> Result<Map, Box<dyn Error>> {
     let realtime = Realtime::new(&args.method, &args.surface)?;
     let config = args.surface.config()?;
-    // On the CPU, `Reflector::new` refuses transmission.
+    // Refused here for the GPU, as `Reflector::new` does for the CPU.
     config.refuse_transmission("maps and peaks")?;
     let index = config.index();
     let gpu = realtime::open(args.adapter)?;

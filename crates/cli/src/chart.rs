@@ -1,8 +1,9 @@
 //! Charts as SVG: axes with ticks, curves, cells (filled rectangles), dots and a legend.
 //!
-//! A drawing has one or more charts. In each, the plot area lies inside the margins for title and labels, whose offsets
-//! in pixels fit [`FONT_SIZE`]. Positions are in pixels with y downwards. An [`Axis`] maps a value to a fraction of the
-//! plot area's side. Marks outside the plot area are clipped.
+//! A drawing has one or more charts. The plot area of a chart lies inside margins for title and labels. Title and
+//! labels are placed by literal offsets in pixels, which fit the margins and [`FONT_SIZE`]. Positions are in pixels
+//! with y downwards. An [`Axis`] maps a value to a fraction of the plot area's side. Marks outside the plot area are
+//! clipped.
 
 use svg::node::element::{Circle, Group, Line, Polyline, Rectangle, SVG, Text};
 use svg::{Document, Node};
@@ -44,7 +45,7 @@ impl Axis {
         Self { label, first, last, is_logarithmic: true }
     }
 
-    /// The position of a value: 0 at the first, 1 at the last.
+    /// The position of a value on the axis: 0 at its first value, 1 at its last.
     fn fraction(&self, value: f64) -> f64 {
         if self.is_logarithmic {
             (value / self.first).ln() / (self.last / self.first).ln()
@@ -53,7 +54,8 @@ impl Axis {
         }
     }
 
-    /// The values that have a tick, with their labels: powers of ten, or multiples of a round step.
+    /// The values that have a tick, with their labels: powers of ten on a logarithmic axis, else multiples of a round
+    /// step.
     fn ticks(&self) -> Vec<(f64, String)> {
         if self.is_logarithmic {
             let exponents = self.first.log10().ceil() as i32..=self.last.log10().floor() as i32;
@@ -66,7 +68,8 @@ impl Axis {
         // Ten times `power` is at least span/TICKS_MAX. Only rounding could leave no step.
         let step = step.unwrap_or(span);
         let decimals = (-step.log10().floor()).max(0.0) as usize;
-        // Indices of the first and last tick. The margin keeps ticks at the ends of the axis in spite of rounding.
+        // First and last tick as multiples of the step. The margin keeps ticks at the ends of the axis in spite of
+        // rounding.
         const MARGIN: f64 = 1e-9;
         let (first, last) = ((self.first / step - MARGIN).ceil() as i64, (self.last / step + MARGIN).floor() as i64);
         (first..=last).map(|i| i as f64 * step).map(|value| (value, format!("{value:.decimals$}"))).collect()
@@ -227,13 +230,13 @@ pub(crate) fn drawing(charts: Vec<Group>, size: (u32, u32), columns: usize) -> S
     document.set("text-anchor", "middle").to_string()
 }
 
-/// A circle whose fill and stroke are not set.
+/// An SVG circle without fill and stroke, which callers set.
 fn disc((x, y): (f64, f64), radius: f64) -> Circle {
     Circle::new().set("cx", x).set("cy", y).set("r", radius)
 }
 
-/// A text whose baseline has its middle at a position; [`drawing`] sets the anchor. A baseline 4 pixels below a line
-/// centres the text on the line.
+/// A text with the middle of its baseline at a position, since [`drawing`] sets the anchor to the middle. A text whose
+/// baseline is 4 pixels below a line is centred on the line.
 fn text_at(text: &str, (x, y): (f64, f64)) -> Text {
     Text::new(text).set("x", x).set("y", y)
 }

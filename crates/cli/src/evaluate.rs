@@ -7,10 +7,12 @@
 //! - θi, θr: the angles of incidence and of view with the normal, both in the xz plane, positive on the side of +x;
 //! - λ: the wavelength;
 //! - d: the spacing of the grating;
-//! - S/λ²: the *response* of the relief in 1/sr, with its power spectrum S in µm²: `f_r` without the Fresnel, obliquity
-//!   and shadowing factors.
+//! - S/λ²: the *response* of the relief in 1/sr, with its power spectrum S in µm². It is the reflectance `f_r` without
+//!   the Fresnel, obliquity and shadowing factors.
 //!
-//! The first order leaves where λ = d·(sin θi + sin θr).
+//! The first order of the grating leaves where λ = d·(sin θi + sin θr); order zero is the mirror direction. The relief
+//! is given as a *tile*, a rectangle that may hold many grooves. A repeated tile has its own orders, which are denser
+//! than those of the grating. The *dominant period* is the strongest in the power spectrum of the heights along x.
 
 mod plot;
 
@@ -115,7 +117,8 @@ struct Spacing {
 
 impl Spacing {
     /// The spacing by the grating equation, from the angle of the peak at each wavelength; at least one wavelength is
-    /// needed. `sin_i` is sin θi. No peak is at order zero, θr = −θi, where the divisor is 0.
+    /// needed. `sin_i` is sin θi. The divisor is 0 at order zero, θr = −θi; [`EvaluateArgs::check_peaks`] refuses peaks
+    /// there.
     fn new(wavelengths_nm: &[f64], peaks_deg: &[f64], sin_i: f64) -> Self {
         let spacing = |(nm, peak): (&f64, &f64)| nm / (sin_i + peak.to_radians().sin());
         let spacings: Vec<f64> = wavelengths_nm.iter().zip(peaks_deg).map(spacing).collect();
@@ -124,7 +127,8 @@ impl Spacing {
         Self { mean_nm, variance_nm2 }
     }
 
-    /// The angle of view in degrees at which the first order of the mean spacing leaves; ±90° where it leaves nowhere.
+    /// The angle of view in degrees at which the first order of the mean spacing leaves; ±90° if that order is
+    /// evanescent.
     fn angle_deg(&self, wavelength_nm: f64, sin_i: f64) -> f64 {
         (wavelength_nm / self.mean_nm - sin_i).clamp(-1.0, 1.0).asin().to_degrees()
     }
@@ -262,7 +266,7 @@ impl EvaluateArgs {
                 return angles_deg.iter().map(value).collect();
             }
             let mut row = vec![0.0; angles_deg.len()];
-            // A tile of one pixel along x has the order 0 alone, for which nmm has no wavelength.
+            // A tile of one pixel along x has order zero alone. It leaves at every wavelength, so nmm selects none.
             if pixels_x > 1 {
                 for sin_r in order_sines(1e-3 * nm / tile_um, sin_i) {
                     if let Some(i) = nearest(angles_deg, self.angle_step, sin_r.asin().to_degrees()) {
@@ -275,8 +279,8 @@ impl EvaluateArgs {
     }
 }
 
-/// Refuses rigorous theory between equal indices, where the response is 0 everywhere. The scalar S does not depend on
-/// the index.
+/// Refuses the rigorous theory for a material with the index of the medium above it: the response is 0 everywhere. By
+/// the scalar theory, the response S/λ² does not depend on the index.
 fn refuse_without_interface(config: &SurfaceConfig) -> Result<(), String> {
     let has_no_interface = config.index_inside().is_some_and(|index| index == ComplexIndex { eta: 1.0, k: 0.0 });
     if config.theory == Theory::Rigorous && has_no_interface {
@@ -289,16 +293,16 @@ fn refuse_without_interface(config: &SurfaceConfig) -> Result<(), String> {
     Ok(())
 }
 
-/// The values `low`, `low + step`, … below `high`, which is larger than `low`: `⌈(high − low)/step⌉` of them, as in
-/// Single 2014.
+/// The values `low`, `low + step`, … below `high`, which is larger than `low`. Their number is `⌈(high − low)/step⌉`,
+/// as in Single 2014.
 fn steps(low: f64, high: f64, step: f64) -> Vec<f64> {
-    // The subtraction undoes the rounding of a whole number of steps. `low` itself is always a value.
+    // The subtraction keeps rounding from adding a step where the quotient is a whole number. `low` is always a value.
     let count = ((high - low) / step - 1e-9).ceil().max(1.0) as usize;
     (0..count).map(|i| low + i as f64 * step).collect()
 }
 
-/// The values sin θr of the orders of the tile, except for order 0: `sin θi + sin θr` is a whole multiple of
-/// `sine_step`, the wavelength over the tile's length. Order 0 leaves at one angle at every wavelength.
+/// The values sin θr of the orders of the tile, except for order zero. For order n, `sin θi + sin θr` is `n·sine_step`,
+/// where `sine_step` is the wavelength over the tile's length.
 fn order_sines(sine_step: f64, sin_i: f64) -> impl Iterator<Item = f64> {
     let (first, last) = (((sin_i - 1.0) / sine_step).ceil() as i64, ((sin_i + 1.0) / sine_step).floor() as i64);
     (first..=last).filter(|n| *n != 0).map(move |n| n as f64 * sine_step - sin_i)
@@ -316,7 +320,7 @@ fn nearest(angles_deg: &[f64], step_deg: f64, angle_deg: f64) -> Option<usize> {
 fn first_order_range(theta_i_deg: f64, spacing_um: f64) -> Option<(f64, f64)> {
     let angle = |nm: f64| {
         let sin = 1e-3 * nm / spacing_um - theta_i_deg.to_radians().sin();
-        // Beyond the horizon the angle is ±90°. The range is empty where that holds at all wavelengths.
+        // The angle of an evanescent order counts as ±90°. The range is empty if the order is so at all wavelengths.
         sin.clamp(-1.0, 1.0).asin().to_degrees()
     };
     let (low, high) = (angle(*VISIBLE_NM.start()) - MARGIN_DEG, angle(*VISIBLE_NM.end()) + MARGIN_DEG);

@@ -1,6 +1,8 @@
 //! `sunbeam height-field`: the properties of a relief, and its conversion to other files.
 //!
-//! The heights are read and processed first ([`run`]). The report, the files and the tables then describe the result.
+//! The heights are read and processed first ([`run`]). The report, the files and the tables then describe the processed
+//! heights. Their phase screen, the effect of the relief on the phase of light, is expanded in Chebyshev polynomials
+//! (docs/model.md#the-two-expansions); tables hold its power spectrum.
 
 use super::encode;
 use super::output::{Output, output};
@@ -22,9 +24,9 @@ use sunbeam::scattering::SpectralIndex;
 use sunbeam::table::Tiling;
 use sunbeam::transform::{Periods, chebyshev_terms, periods};
 
-/// Length of the preview's longer side in pixels.
+/// Length of the preview's longer side in pixels. A preview need not show every height.
 const PREVIEW_PIXELS: f64 = 512.0;
-/// Shortest visible wavelength in µm. It needs the most Chebyshev terms.
+/// Shortest visible wavelength in µm, at which the phase screen needs the most Chebyshev terms.
 const SHORTEST_UM: f64 = 0.38;
 
 /// Describe a height field as JSON; fill, crop, level, tile and convert it
@@ -54,7 +56,7 @@ pub(crate) struct HeightFieldArgs {
     ///
     /// h is the height from the middle of the range, and 2H the range; order 0 is in the middle of the output. A .png
     /// is logarithmic over five decades, a .npy has 64-bit floats.
-    #[arg(long, value_name = "N", requires = "output", value_parser = term_numbers())]
+    #[arg(long, value_name = "N", requires = "output", value_parser = term_numbers(), allow_negative_numbers = true)]
     term: Option<usize>,
     /// File for a grey picture of the heights, black the lowest, +x right and +y up (.png)
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
@@ -95,7 +97,7 @@ struct Report<'a> {
     /// Channel that was read; `None` for formats with a single one.
     #[serde(skip_serializing_if = "Option::is_none")]
     channel: Option<String>,
-    /// Number of missing points of the file, which were filled; `None` without `--fill`.
+    /// Number of points that the file lacks and `--fill` filled; `None` without `--fill`.
     #[serde(skip_serializing_if = "Option::is_none")]
     filled_points: Option<usize>,
     /// Source of the file's size, unit, orientation, channel and missing points.
@@ -129,7 +131,7 @@ struct Report<'a> {
     term: Option<Term>,
     /// Number of Chebyshev terms that the phase screen needs for the tolerance at 380 nm.
     chebyshev_terms: usize,
-    /// Size of the scalar tables for the coherence length.
+    /// Estimated size in bytes of the tables by the scalar theory for the coherence length.
     table_bytes_estimate: usize,
     /// The tables of `--tables`; `None` without it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -163,10 +165,10 @@ pub(crate) fn run(args: &HeightFieldArgs) -> Outcome {
     }
     let mut config = args.surface.config()?;
     if args.make_tileable.is_some() {
-        // The blended tile is periodic, and the report describes it. A tiling that the user chose stays.
+        // The blended tile is periodic, and the report is to describe it so. `--tiling` takes precedence.
         config.tiling.get_or_insert(Tiling::Periodic);
     }
-    // Filled, but not levelled yet.
+    // Missing points are filled, but the heights are not levelled yet.
     let read = config.raw_height_field()?;
     let cropped = match args.crop {
         Some(Rectangle { x_um, y_um, width_um, height_um }) => read.field.cropped(x_um, y_um, width_um, height_um)?,
@@ -181,10 +183,11 @@ pub(crate) fn run(args: &HeightFieldArgs) -> Outcome {
     args.write_files(&field, term.as_ref())?;
     let tables = if args.tables { Some(args.build_tables(&config, &field)?) } else { None };
     let options = config.options();
-    // The relief that is expanded and tabulated: magnified by the index under a cover or of a body that transmits.
+    // The relief whose phase screen is expanded and tabulated. The index of a cover, or of a body that transmits,
+    // magnifies it: there the wavelength is shorter by that factor.
     let inside = config.inside(field.clone());
-    // κH, the largest phase of the screen: κ = 2π/λ·(cosθi + cosθo) is largest along the normal, and H is half of the
-    // range of heights.
+    // κH, the largest phase of the screen. The phase rate κ = 2π/λ·(cosθi + cosθo) is largest along the normal, 4π/λ,
+    // and H is half of the range of heights.
     let kappa_h = 4.0 * PI / SHORTEST_UM * 0.5 * inside.peak_to_valley_um();
     print_json(&Report {
         channel: read.channel,

@@ -1,8 +1,8 @@
 //! The command `sunbeam`, one module for each subcommand, and the modules that they share.
 //!
 //! - [`surface_args`], [`method_args`], [`scene_args`]: arguments for the surface, the method and the scene.
-//! - `reflector`: a surface evaluated by a method, on the CPU; [`realtime`]: a method on the GPU.
-//! - `service`, `query`: answers to JSON lines on stdin.
+//! - `reflector`: a surface and its method of evaluation on the CPU; [`realtime`]: the same on the GPU.
+//! - `service`, `query`: answers to queries, JSON lines on stdin.
 //! - [`output`], [`encode`], `chart`: files that are written.
 //! - [`benchmarks`], `comparison`: the measurements of `sunbeam bench` and `sunbeam compare`.
 //!
@@ -53,7 +53,7 @@ pub type Outcome = Result<(), Box<dyn Error>>;
 ///
 /// Directions are in the surface's frame: z is the normal, and wi and wo both point away from the surface. Lengths on
 /// the surface are in µm, wavelengths in nm. The exit status is 0, or 2 with one line on stderr that names the error.
-// Without `arg_required_else_help = false`, a missing subcommand would print the whole help instead of one line.
+// Without `arg_required_else_help = false`, clap would answer a missing subcommand by the whole help, not by one line.
 #[derive(Parser)]
 #[command(name = "sunbeam", version, subcommand_required = true, arg_required_else_help = false)]
 struct Cli {
@@ -114,7 +114,7 @@ pub fn run_with<A: Parser>(program: impl FnOnce(&A) -> Outcome) -> ExitCode {
     }
 }
 
-/// Parses the process's arguments. Refuses an output file that cannot be written, and one that is named twice.
+/// Parses the process's arguments. Refuses an output file that cannot be written, and two outputs to one file.
 fn parse_arguments<A: Parser>() -> Result<A, clap::Error> {
     let mut command = A::command();
     let matches = command.try_get_matches_from_mut(std::env::args_os())?;
@@ -122,7 +122,7 @@ fn parse_arguments<A: Parser>() -> Result<A, clap::Error> {
     A::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
 }
 
-/// Description of the command `sunbeam` and its subcommands, for tests of the arguments.
+/// clap's description of the program `sunbeam` and its subcommands, for tests of the arguments.
 pub fn command() -> clap::Command {
     Cli::command()
 }

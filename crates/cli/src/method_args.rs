@@ -1,6 +1,18 @@
 //! The arguments that choose the method of evaluation and its options.
 //!
-//! An option is refused where it has no effect. That depends on the method and on the [`Quantity`] that a command
+//! `exact` is the direct sum over the relief; `table` and `colour-table` read tables. The other methods are published
+//! (docs/realtime.md). They assume a tile (the given rectangle of relief) that repeats:
+//!
+//! - `flss`: full lambda spectral sampling, sums over diffraction orders at equal steps of the wavelength;
+//! - `nmm`: non-uniform wavelengths, such sums only at the wavelengths of which an order leaves towards the viewer;
+//! - `pq`: a finite number of repeats of the tile, P along x and Q along y;
+//! - `stam`: Stam's model, which knows only the spacing of the grooves along x.
+//!
+//! The first three expand the phase screen in a series, `--series` (docs/model.md#the-two-expansions). `--tolerance`,
+//! an argument of the surface (surface_args.rs), sets the default numbers of terms and of summed orders. Single 2014 is
+//! M. Single's thesis on these methods.
+//!
+//! An option without effect is refused. The effect depends on the method and on the [`Quantity`] that a command
 //! computes.
 
 use super::arguments::out_of_range;
@@ -14,10 +26,10 @@ use sunbeam::transform::Series;
 pub enum Method {
     /// The direct double-precision sum. It does not run on the GPU.
     Exact,
-    /// The spectral tables; on the GPU, the colour table.
+    /// The spectral tables, with values by wavelength; on the GPU, the colour table.
     Table,
-    /// A method of `sunbeam::methods`, in single precision: a published one, which also has values by wavelength, or
-    /// the colour table.
+    /// A method of `sunbeam::methods` that computes colours in single precision: a published one, or the colour table.
+    /// The published ones have values by wavelength, too, except for `--stam-form gems`.
     Colour(MethodKind),
 }
 
@@ -75,35 +87,38 @@ pub enum Quantity {
 pub struct MethodArgs {
     /// Method of evaluation
     ///
-    /// exact is the direct double-precision sum. table looks spectra up, on the GPU colours; colour-table looks colours
-    /// up on the CPU. flss, nmm, pq and stam are published methods in single precision: they assume one fixed coherence
-    /// window over a periodic tile.
+    /// exact is the direct double-precision sum. table looks up spectra on the CPU and colours on the GPU; colour-table
+    /// looks up colours on both. flss, nmm, pq and stam are published methods in single precision: they assume one
+    /// fixed coherence window over a periodic tile.
     #[arg(long, value_name = "NAME", default_value = "table")]
     method: Method,
-    /// Step between wavelengths in nm, 0.1 to 100; not with nmm and stam [default: 5]
+    /// Step in nm between the wavelengths that a colour sums, 0.1 to 100; of exact, table (on the CPU), flss and pq
+    /// [default: 5]
     #[arg(long, value_name = "NM", allow_negative_numbers = true)]
     lambda_step: Option<f64>,
     /// Number of terms of the series of flss, nmm and pq, 1 to 256 [default: the number that --tolerance needs]
-    #[arg(long, value_name = "COUNT")]
+    #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
     terms: Option<usize>,
     /// Number of orders that flss and nmm sum along each axis, 1 to 64; 3 in Single 2014 [default: the number that
     /// --tolerance needs]
-    #[arg(long, value_name = "COUNT")]
+    #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
     neighbourhood: Option<usize>,
     /// Series of flss, nmm and pq; taylor in Single 2014 [default: chebyshev]
     #[arg(long, value_parser = names::<Series, 2>(["chebyshev", "taylor"]))]
     series: Option<Series>,
-    /// Weight the wavelengths of nmm by their spacing; false in Single 2014 [default: true]
+    // Without a value the flag is true. A positional argument after it would be taken for its value, but no command
+    // with these arguments has one.
+    /// Weight the wavelengths of nmm by the distance between them; false in Single 2014 [default: true]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
     weighted: Option<bool>,
-    /// Number of repeats of the tile of pq: one number, or two as in 26,1 for x and y [default: the numbers that give
-    /// peaks as bright as with the coherence window]
-    #[arg(long, value_name = "P[,Q]", value_parser = parse_repeats)]
+    /// Number of repeats of the tile of pq: one number for both axes, or two as in 26,1 for x and y [default: the
+    /// numbers that give peaks as bright as with the coherence window]
+    #[arg(long, value_name = "P[,Q]", value_parser = parse_repeats, allow_hyphen_values = true)]
     repeats: Option<Repeats>,
-    /// Spacing of stam along x in µm [default: the dominant period along x]
+    /// Spacing of the grooves along x for stam, in µm [default: the dominant period along x]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     period_um: Option<f64>,
-    /// Form of stam: spacing is a reflectance; gems are the colours of the shader in GPU Gems, chapter 8, without any
+    /// Form of stam: spacing is a reflectance; gems has the colours of the shader in GPU Gems, chapter 8, without any
     /// factor of the surface [default: spacing]
     #[arg(long, value_parser = names::<StamForm, 2>(["spacing", "gems"]))]
     stam_form: Option<StamForm>,
@@ -113,7 +128,7 @@ pub struct MethodArgs {
     /// Linear sRGB of the highlight of --stam-form gems, each channel 0 to 100 [default: 1,0.7,0.3]
     #[arg(long, value_name = "R,G,B", value_parser = parse_highlight, allow_hyphen_values = true)]
     gems_highlight: Option<[f64; 3]>,
-    /// Factor on the samples of the colour table along each axis, 0.25 to 4 [default: 1]
+    /// Factor on the number of samples of the colour table along each axis, 0.25 to 4 [default: 1]
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
     table_resolution: Option<f64>,
 }
@@ -124,7 +139,7 @@ impl MethodArgs {
         self.method
     }
 
-    /// Whether the colours are those of GPU Gems, which are not multiplied by Fresnel factor, obliquity and shadowing.
+    /// Whether the method is `--stam-form gems`, whose colours no Fresnel, obliquity or shadowing factor multiplies.
     pub fn is_gems(&self) -> bool {
         self.method == Method::Colour(MethodKind::Stam) && self.stam_form == Some(StamForm::Gems)
     }
@@ -135,13 +150,15 @@ impl MethodArgs {
     /// An option out of range, or one without effect on this method and quantity.
     pub fn options(&self, quantity: Quantity) -> Result<MethodOptions, String> {
         self.refuse_without_effect(quantity)?;
-        // The names of these two flags differ from the library's fields. They are checked here, so that the message has
-        // the flag's name. The library checks the others.
+        // The library checks all ranges (`validate` below). Its messages name its own fields, `lambda_step_nm` and
+        // `resolution`, so these two options are checked here first, under the names of their flags.
         if let Some(step) = self.lambda_step.filter(|step| !LAMBDA_STEP_NM.contains(step)) {
-            return Err(out_of_range("lambda-step", step, "0.1 to 100 nm"));
+            let accepted = format!("{} to {} nm", LAMBDA_STEP_NM.start(), LAMBDA_STEP_NM.end());
+            return Err(out_of_range("lambda-step", step, &accepted));
         }
         if let Some(factor) = self.table_resolution.filter(|factor| !RESOLUTION.contains(factor)) {
-            return Err(out_of_range("table-resolution", factor, "0.25 to 4"));
+            let accepted = format!("{} to {}", RESOLUTION.start(), RESOLUTION.end());
+            return Err(out_of_range("table-resolution", factor, &accepted));
         }
         let default = MethodOptions::default();
         let options = MethodOptions {
@@ -162,6 +179,8 @@ impl MethodArgs {
     }
 
     /// Refuses a quantity that the method cannot compute, and an option without effect.
+    ///
+    /// `--method exact` on the GPU passes here: `Realtime::new` refuses it before it reads the options.
     fn refuse_without_effect(&self, quantity: Quantity) -> Result<(), String> {
         if self.method == Method::Colour(MethodKind::Table) && quantity == Quantity::Spectrum {
             return Err("--method colour-table has no values by wavelength; use table".to_owned());
@@ -180,10 +199,10 @@ impl MethodArgs {
             ("gems_highlight", "--gems-highlight", self.gems_highlight.is_some()),
             ("resolution", "--table-resolution", self.table_resolution.is_some()),
         ];
-        // The fields that the method reads.
+        // The fields that the method reads. `exact` and the spectral tables have no options of their own; their colours
+        // are sums over wavelengths in steps.
         let fields = match (self.method, quantity) {
             (Method::Table, Quantity::ColourOnGpu) => MethodKind::Table.options(),
-            // The step of the sum over wavelengths in a colour.
             (Method::Exact | Method::Table, _) => &["lambda_step_nm"],
             (Method::Colour(kind), _) => kind.options(),
         };
@@ -209,7 +228,7 @@ impl MethodArgs {
     }
 }
 
-/// Parses `P` or `P,Q`, two whole numbers.
+/// Parses `P` or `P,Q`, one or two whole numbers that are not negative.
 fn parse_repeats(text: &str) -> Result<Repeats, String> {
     let number = |part: &str| part.trim().parse().map_err(|_| format!("{part:?} is not a whole number"));
     match text.split_once(',') {

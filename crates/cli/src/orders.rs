@@ -1,5 +1,8 @@
-//! `sunbeam orders`: directions and efficiencies of a grating's orders, for one incidence, or along a curve on which
-//! one quantity varies.
+//! `sunbeam orders`: directions and efficiencies of a grating's orders, for one incidence (a direction and a wavelength
+//! of the light), or along a curve on which one quantity varies.
+//!
+//! The relief varies along x, across the grooves; y is along them. The magnetic field H of TE light has no component
+//! Hy, the electric field E of TM light no component Ey.
 
 mod both_sides;
 mod plot;
@@ -23,9 +26,9 @@ use sunbeam::scattering::Transmission;
 
 /// Accepted wavelengths in nm, from X-rays to a millimetre: a wrong unit is refused.
 const WAVELENGTH_NM: RangeInclusive<f64> = 1.0..=1e6;
-/// Wavelength in nm where none is given.
+/// Wavelength in nm without `--wavelength`: green, near the middle of the visible range.
 const WAVELENGTH_DEFAULT_NM: f64 = 550.0;
-/// Largest number of points of a curve, chosen since each may take a minute.
+/// Largest number of points of a curve. Each may take a minute, and more would not show in a plot 900 pixels wide.
 const POINTS_MAX: usize = 2000;
 
 /// Compute the orders of a grating: directions, efficiencies and absorption
@@ -227,13 +230,14 @@ impl OrdersArgs {
     }
 }
 
-/// Prints a line for each order, with efficiencies in percent, and one for the light that is in none of the orders.
+/// Prints a line for each order, with efficiencies in percent, and a line for the light that is in none of the orders.
 fn print_table(solved: &SolvedOrders, transmission: Transmission) -> Outcome {
     let mut out = std::io::stdout().lock();
     let percent =
         |fraction: Option<f64>| fraction.map_or("–".to_owned(), |fraction| format!("{:.3}", 100.0 * fraction));
-    // Titles of the column of sides and of the line for the rest of the light; an empty title omits its column or line.
-    // At an interface there is no rest. Elsewhere `absorbed` holds it, under its name in the JSON, if it is known.
+    // Titles of the column of sides, and of the line for the light that is in none of the orders; an empty title omits
+    // its column or line. `absorbed` has that light if it is known. At an interface it is 0: the medium absorbs
+    // nothing, and the orders below are listed.
     let (side_title, rest_title) = match transmission {
         Transmission::None => ("", "absorbed or transmitted"),
         Transmission::Film => ("side", "left inside the film"),
@@ -251,7 +255,8 @@ fn print_table(solved: &SolvedOrders, transmission: Transmission) -> Outcome {
     }
     if let Some([te, tm]) = solved.absorbed.filter(|_| !rest_title.is_empty()) {
         let [te, tm, mean] = [te, tm, 0.5 * (te + tm)].map(|fraction| percent(Some(fraction)));
-        // The title fills the columns of side, order, theta and phi. The last three have 25 characters with their gaps.
+        // The title fills the columns of side, order, theta and phi. Without the side these have 25 characters, 5, 9
+        // and 9 with a gap between them.
         let width = 25 + side_column("").len();
         writeln!(out, "{rest_title:>width$} {te:>9} {tm:>9} {mean:>9}")?;
     }

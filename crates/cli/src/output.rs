@@ -72,8 +72,8 @@ impl OutputParser {
         Self { accepts_stdout: true, ..self }
     }
 
-    /// Refuses a path with a wrong extension and one that cannot be written. For a wrong extension, the message names
-    /// another argument of `command` that takes the file ([`advice`]).
+    /// Refuses a path with a wrong extension, and a path that cannot be written. For a wrong extension, the message may
+    /// name another argument of `command` that takes such a file ([`advice`]).
     fn check(&self, path: &Path, command: &Command) -> Result<(), String> {
         if self.accepts_stdout && path == Path::new(STDOUT) {
             return Ok(());
@@ -127,7 +127,8 @@ pub fn check_distinct(command: &Command, matches: &ArgMatches) -> Result<(), cla
     Ok(())
 }
 
-/// The path with symbolic links and dots resolved, as far as it exists. A new file is resolved in its folder.
+/// The path with symbolic links and dots resolved. Of a new file only the folder is resolved, and of a missing folder
+/// nothing.
 fn resolved(path: &Path) -> PathBuf {
     let (folder, name) = (folder_of(path), path.file_name().unwrap_or_default());
     let in_folder = || folder.canonicalize().unwrap_or(folder.to_owned()).join(name);
@@ -144,8 +145,8 @@ pub(crate) fn listed(extensions: &[&str]) -> String {
     }
 }
 
-/// A hint at the argument of the command that is named after the extension and takes a file, such as `--png`. It is
-/// empty where there is none: the `--json` of `sunbeam orders` is a flag.
+/// A hint at the argument of the command that is named after the extension and takes a file, such as `--png`. The hint
+/// is empty without such an argument: `--json` of `sunbeam orders`, for instance, is a flag and takes no file.
 fn advice(extension: Option<String>, command: &Command) -> String {
     let takes_file = |name: &String| {
         let mut arguments = command.get_arguments().filter(|argument| argument.get_action().takes_values());
@@ -201,7 +202,7 @@ fn check_new(path: &Path) -> Result<(), String> {
         // Writing to a dangling link creates its target.
         return check_writable(&folder.join(target));
     }
-    // A file without a name tests permissions and read-only file systems, and leaves nothing behind.
+    // Creating a file without a name tests the folder's permissions and file system, and leaves nothing behind.
     tempfile::tempfile_in(folder)
         .map(drop)
         .map_err(|error| format!("{} cannot be written to: {error}", folder.display()))

@@ -6,9 +6,10 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 use sunbeam::table::Progress;
 
-/// Time after which the bar appears; shorter work shows none, since a bar would only flash.
+/// Time after which the bar appears; shorter work shows none, since a bar would only flash. With a longer delay the
+/// command would seem to hang.
 const DELAY: Duration = Duration::from_secs(2);
-/// Number of steps of the whole bar, more than a terminal has columns.
+/// Number of steps of the whole bar, more than a terminal has columns, so that the bar grows smoothly.
 const STEPS: u64 = 1000;
 
 /// Label of the bar while tables are built.

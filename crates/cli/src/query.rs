@@ -1,4 +1,4 @@
-//! Parsing of the JSON lines of `sunbeam eval` and `sunbeam sample`, with messages that name the faulty field.
+//! Parsing of queries, the JSON lines of `sunbeam eval` and `sunbeam sample`, with messages that name the faulty field.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -49,14 +49,15 @@ pub(crate) fn parse<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
     if line.trim_ascii().is_empty() {
         return Err("the line is empty".to_owned());
     }
-    // Recording the path of the field that is being read is slow, so this is done only after an error.
+    // `serde_path_to_error` records the path of the field that is being read, which is slow. So it parses the line only
+    // after an error.
     if let Ok(query) = serde_json::from_slice(line) {
         return Ok(query);
     }
     let mut reader = serde_json::Deserializer::from_slice(line);
     let error = match serde_path_to_error::deserialize::<_, T>(&mut reader) {
         Err(error) => error,
-        // The value is right, so the error is a text that follows it.
+        // The value itself is right, so the error is in a text that follows the value.
         Ok(_) => {
             let message = reader.end().err().map(|error| without_line_number(&error)).unwrap_or_default();
             return Err(format!("not JSON: {message}"));

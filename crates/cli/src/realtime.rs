@@ -85,8 +85,8 @@ impl Realtime {
         (self.kind, self.options, self.config, self.cache)
     }
 
-    /// Computes the method's data and uploads it, with a refractive index in place of the surface's. Without an index
-    /// the surface reflects everything.
+    /// Computes the method's data and uploads it. `index` replaces the refractive index of the surface's arguments;
+    /// without it the surface reflects everything.
     ///
     /// # Errors
     /// A relief that cannot be read, a method that cannot be built, or a shader or data that the GPU refuses.

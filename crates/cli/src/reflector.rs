@@ -5,8 +5,11 @@
 //! converts directions, and gives the factors on the reflectance and on the density.
 //!
 //! Evaluators differ in the factors of f_r that their values contain. [`Reflector::eval`] and [`Reflector::eval_rgb`]
-//! multiply the values by the missing factors and by that of the cover. Where energy is conserved, the values are
-//! already divided by the albedo.
+//! multiply the values by the missing factors and by the cover's factor. Where energy is conserved, the values are
+//! already divided by the albedo, the reflected fraction of the light from one direction.
+//!
+//! A surface *transmits* if a transparent body lies below its relief, a film or a half-space (`--transmission`). Light
+//! may then arrive and leave on either side, and the surface has no cover.
 //!
 //! Symbols, as in docs/model.md:
 //!
@@ -15,7 +18,8 @@
 //! - O: the obliquity factor; the small-slope factor replaces R·O;
 //! - M: the shadowing factor;
 //! - S: the power spectral density of the relief's phase screen in µm²;
-//! - λ: the wavelength in µm.
+//! - λ: the wavelength in µm;
+//! - wi, wo, θo: the directions to light and viewer, and the angle of wo with the normal.
 
 use super::arguments::VISIBLE_NM;
 use super::method_args::Method;
@@ -36,6 +40,9 @@ use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 /// Largest number of pixels of a tile whose direct sums run concurrently. A direct sum over a larger tile is parallel
 /// by itself, and each sum needs memory for the whole tile. Smaller values would leave cores idle on small tiles.
 const CONCURRENT_PIXELS_MAX: usize = 1 << 16;
+/// Smallest number of items that share a task in [`Reflector::map`]. A single look-up is too short for a task of its
+/// own; larger numbers would leave cores idle on short lists.
+const ITEMS_PER_TASK: usize = 8;
 
 /// The tables of a grating by Maxwell's equations, as the cache returns them.
 type CachedGrating = Arc<(GratingSurface, Origin)>;
@@ -43,15 +50,15 @@ type CachedGrating = Arc<(GratingSurface, Origin)>;
 /// The use that a command makes of a [`Reflector`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// Answers to single queries, with sampling densities and samples. Only tables have a sampler, so they are built
-    /// besides the data of methods without one.
+    /// Answers to single queries, with sampling densities and samples. Only tables have a sampler, so for methods
+    /// without tables they are built in addition to the method's data.
     Service,
     /// Reflectances of very many pairs of directions.
     Map,
 }
 
-/// The evaluator of a method. Surfaces that transmit have no separate factors: all evaluators give their whole
-/// scattering function.
+/// The evaluator of a method, with the factors of f_r that its values contain. For a surface that transmits, the values
+/// of every evaluator are the whole scattering function instead.
 enum Evaluator {
     /// The direct sum over the relief, `O·M·S/λ²`.
     Exact(Box<Exact>),
@@ -76,7 +83,7 @@ enum Sampler {
 }
 
 impl Sampler {
-    /// Density in 1/sr of a pair inside the cover, the mean over the wavelengths.
+    /// Density of `wo` in 1/sr, the mean over the wavelengths. Both directions are inside the cover.
     fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> f64 {
         match self {
             Self::PhaseScreen(surface) => surface.pdf(wi, wo, wavelengths_nm),
@@ -84,7 +91,7 @@ impl Sampler {
         }
     }
 
-    /// A direction inside the cover; `None` below the horizon.
+    /// A direction drawn for `wi`, both inside the cover; `None` below the horizon.
     fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         match self {
             Self::PhaseScreen(surface) => surface.sample(wi, wavelengths_nm, u),
@@ -96,7 +103,8 @@ impl Sampler {
 /// A surface and its method of evaluation.
 pub(crate) struct Reflector {
     evaluator: Evaluator,
-    /// `None` where neither the method nor the command needs the sampler's tables.
+    /// `None` where neither the method nor the command needs the sampler's tables, and for a grating that is solved for
+    /// each query.
     sampler: Option<Sampler>,
     /// Options of the tables, for the relief inside the cover.
     options: Options,
@@ -138,6 +146,7 @@ impl Reflector {
             built.map(|(surface, _)| Arc::new(surface))
         };
         let (nx, ny) = field.size();
+        // The second value has the tables from which directions are sampled.
         let (evaluator, sampled) = match method {
             Method::Exact => {
                 let surface = build_surface()?;
@@ -204,7 +213,7 @@ impl Reflector {
         Ok(Self { evaluator, sampler: sampled.map(Sampler::Grating), options, index, cover, is_concurrent: true })
     }
 
-    /// `f_r` in 1/sr; zero unless both directions are above the surface, or the surface transmits.
+    /// `f_r` in 1/sr, by every evaluator; zero unless both directions are above the surface, or the surface transmits.
     ///
     /// # Errors
     /// The solver's message, for a grating that is solved for each query.
@@ -222,7 +231,7 @@ impl Reflector {
     /// solved for each query needs [`Reflector::try_eval`]: this function returns zero for it.
     pub(crate) fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         if self.options.body.is_some() {
-            // A surface that transmits has no cover, and directions below it.
+            // There is no cover, and directions below the surface count.
             return self.relief(wi, wo, wavelength_nm);
         }
         let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return 0.0 };
@@ -235,8 +244,9 @@ impl Reflector {
         factor * reflectance
     }
 
-    /// `S/λ²` in 1/sr, which is `f_r` without `R·O·M` and cover, divided by the albedo where energy is conserved. At an
-    /// interface between equal indices it has a value, although `R` and `f_r` are 0 there.
+    /// `S/λ²` in 1/sr, which is `f_r` without `R·O·M` and cover, divided by the albedo where energy is conserved. Where
+    /// the material has the index of the medium above it, `R` and `f_r` are 0, while `S/λ²` does not depend on the
+    /// index.
     ///
     /// For a grating by Maxwell's equations it is `f_r`, since its material and its relief do not separate. Surfaces
     /// that transmit have none; [`Purpose::Map`] refuses them.
@@ -276,8 +286,8 @@ impl Reflector {
         let Evaluator::Colour(method) = &self.evaluator else { return to_rgb.rgb_of(|nm| self.eval(wi, wo, nm)) };
         let Some(Inside { wi, wo, factor, .. }) = Inside::new(self.cover, wi, wo) else { return [0.0; 3] };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
-        // Both kinds of answers lack the cover's factor; the relief's alone lacks R·O·M, too. Colours of films are not
-        // computed here: `new` refuses transmission for maps.
+        // All answers lack the cover's factor, and answers of the kind `Relief` lack R·O·M, too. Colours of films are
+        // not computed here: `new` refuses transmission for maps.
         let factor = match method.answers() {
             AnswerKind::Relief => factor * self.fresnel(&pair) * self.options.angular_factor(&pair),
             AnswerKind::Reflectance | AnswerKind::Film { .. } => factor,
@@ -294,7 +304,7 @@ impl Reflector {
         }
     }
 
-    /// The Fresnel factor R, or the small-slope factor.
+    /// The Fresnel factor R, or the small-slope factor in place of R·O ([`Options::angular_factor`] then has no O).
     fn fresnel(&self, pair: &Pair) -> f64 {
         pair.interface(self.index, self.options.obliquity)
     }
@@ -311,7 +321,7 @@ impl Reflector {
         };
         match wavelengths_nm.iter().find(|nm| !range.contains(nm)) {
             None => Ok(()),
-            // The range of the exact methods, which have no limits to name.
+            // The exact methods take every positive wavelength, so the message names no limits.
             Some(nm) if *range.end() == f64::MAX => {
                 Err(format!("\"wavelength\" is {nm} nm; it must be finite and positive"))
             }
@@ -339,7 +349,7 @@ impl Reflector {
     pub(crate) fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         let sampler = self.sampler.as_ref()?;
         let Some(cover) = self.cover else { return sampler.sample(wi, wavelengths_nm, u) };
-        // The outgoing direction is not known yet. Only `wi` inside the cover is used here.
+        // The outgoing direction is not known yet, so `wi` stands in for it. Only `wi` inside the cover is used.
         let drawn = sampler.sample(Inside::new(self.cover, wi, wi)?.wi, wavelengths_nm, u)?;
         let wo = cover.outside(drawn.wo)?;
         let Inside { factor, density, .. } = Inside::new(self.cover, wi, wo)?;
@@ -356,8 +366,7 @@ impl Reflector {
     /// Applies `answer` to the indices below `count`, concurrently where the method allows it; the order is kept.
     pub(crate) fn map_indices<A: Send>(&self, count: usize, answer: impl Fn(usize) -> A + Sync + Send) -> Vec<A> {
         if self.is_concurrent {
-            // A single look-up is too short for a task of its own; eight, a chosen number, share one.
-            (0..count).into_par_iter().with_min_len(8).map(answer).collect()
+            (0..count).into_par_iter().with_min_len(ITEMS_PER_TASK).map(answer).collect()
         } else {
             (0..count).map(answer).collect()
         }

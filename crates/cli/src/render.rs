@@ -43,10 +43,11 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "WxH", default_value = "384x256")]
     size: Size,
     /// Rays along each side of a pixel, 1 to 64; the pixel is their mean
-    #[arg(long, value_name = "COUNT", default_value_t = 1)]
+    #[arg(long, value_name = "COUNT", default_value_t = 1, allow_negative_numbers = true)]
     supersample: u32,
     /// Number of times that the picture is drawn; the times in the report are medians
     #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(allow_negative_numbers = true)]
     repeat: u32,
     /// Adapter: any prefers a GPU, software is the software adapter [default: SUNBEAM_ADAPTER, else any]
     #[arg(long, value_name = "any|software")]
@@ -119,8 +120,8 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     let (mesh, pigment) = args.scene.mesh()?;
     let scene = Scene::new(&gpu, &mesh, &pigment)?;
     let renderer = Renderer::new(&gpu)?;
-    // Drivers finish compilation at the first use of a pipeline. An untimed picture of one pixel keeps it out of the
-    // times.
+    // Drivers finish the compilation of a pipeline at its first use. An untimed picture of one pixel keeps that work
+    // out of the times.
     renderer.draw(&gpu, &scene, &shader, &Target::new(&gpu, 1, 1)?, &View { supersample: 1, ..view })?;
     let reports = (0..args.repeat)
         .map(|_| renderer.draw(&gpu, &scene, &shader, &target, &view))
@@ -170,7 +171,7 @@ fn pair_components((width, height): (usize, usize), queries: &[Query]) -> Array3
     Array3::from_shape_fn((height, width, PAIR_COMPONENTS), |(y, x, i)| {
         let query = &queries[y * width + x];
         match i {
-            // Only pixels on the mesh have the kind SKIN.
+            // Only pixels on the mesh have the kind SKIN, whatever its shape.
             _ if query.kind != Query::SKIN => 0.0,
             0..3 => query.wi[i],
             3..6 => query.wo[i - 3],

@@ -1,4 +1,4 @@
-//! The arguments of the realtime renderer's scene: mesh, camera, light.
+//! The arguments of the realtime renderer's scene: mesh, camera, light. One unit of the scene is 1 cm, z is up.
 
 use super::arguments::out_of_range;
 use std::path::PathBuf;
@@ -6,8 +6,8 @@ use std::str::FromStr;
 use sunbeam_realtime::snake::{PIGMENT_SIZE, PigmentTexture, SnakeOptions, pigment_texture};
 use sunbeam_realtime::{Blend, Camera, Light, Mesh, Shape, View};
 
-/// Default factor on the snake's mesh cells (pairs of triangles) along each direction. More cells make the outline
-/// rounder and take more time.
+/// Default factor on the number of the snake's mesh cells (pairs of triangles) along each direction. More cells make
+/// the outline rounder and take more time.
 const RESOLUTION: f64 = 4.0;
 
 /// The mesh, the camera and the light.
@@ -95,7 +95,7 @@ impl SceneArgs {
         let blend = match (self.blend, self.share) {
             (Blend::FixedMix { .. }, Some(share)) => Blend::FixedMix { share },
             (_, Some(_)) => return Err("parameter \"share\" needs --blend mix".into()),
-            // `mix` then has its default share.
+            // `--blend mix` without `--share` has the default share.
             (blend, None) => blend,
         };
         Ok(View {
@@ -115,7 +115,7 @@ impl SceneArgs {
         })
     }
 
-    /// The mesh, and the pigment over its texture coordinates: the shape's, or the snake's for a mesh from a file.
+    /// The mesh, and the pigment over its texture coordinates. A mesh from a file has the pigment of the snake.
     ///
     /// # Errors
     /// A resolution that is not finite and positive or belongs to another shape, or a mesh that cannot be read.

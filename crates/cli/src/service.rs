@@ -41,10 +41,10 @@ pub(crate) fn serve<A: Serialize>(
     }
 }
 
-/// The next complete lines of the input, with their line ends.
+/// The next complete lines of the input, with their line ends. An empty list means the end of the input.
 ///
 /// The first line is read until it is complete or the input ends. All further lines that are complete in the buffer
-/// follow. No line means the end of the input.
+/// follow.
 fn next_lines<R: Read>(input: &mut BufReader<R>) -> io::Result<Vec<Vec<u8>>> {
     let mut lines = Vec::new();
     loop {

@@ -70,7 +70,7 @@ pub(crate) fn run(args: &SnakeArgs) -> Outcome {
     })
 }
 
-/// Encodes the texture in linear sRGB, times `scale`, as OpenEXR.
+/// Encodes the texture, whose bytes are sRGB, as OpenEXR in linear sRGB times `scale`.
 fn linear_exr(texture: &PigmentTexture, scale: f64) -> Result<Vec<u8>, Box<dyn Error>> {
     encode::exr((texture.width, texture.height), |i| {
         let encoded = texture.pixels[i].map(|byte| f64::from(byte) / 255.0);

@@ -1,6 +1,13 @@
 //! The arguments that describe a surface, shared by the subcommands.
 //!
-//! [`SurfaceArgs`] becomes a [`SurfaceConfig`] of the library, which has the defaults and the checks.
+//! [`SurfaceArgs`] becomes a [`SurfaceConfig`] of the library, which has the defaults and the checks. Terms of the help
+//! texts, as in docs/glossary.md:
+//!
+//! - tile: the rectangle of relief that a preset or a file gives;
+//! - phase screen: the scalar theory's model of a relief, which changes only the phase of the light;
+//! - coherence window: the Gaussian within which light interferes. *Patch* is one window at a fixed position,
+//!   *ensemble* the mean over all positions;
+//! - albedo: the reflected fraction of the light from one direction.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::Deserialize;
@@ -165,14 +172,15 @@ impl SurfaceArgs {
     /// - The published methods ([`MethodKind::is_patch_only`]) assume a phase screen and one fixed coherence window
     ///   over a periodic tile, and do not conserve energy. The arguments have these values by default, and others are
     ///   refused.
-    /// - The colour table ([`MethodKind::Table`]) has all theories, models and tilings, and conserves energy if asked.
+    /// - The colour table ([`MethodKind::Table`]) has all theories, models and tilings. It conserves energy with
+    ///   `--conserve-energy true`, for the ensemble model alone.
     ///
     /// # Errors
     /// The errors of [`SurfaceArgs::config`], and an argument that contradicts the method or has no effect with it.
     pub fn colour_config(&self, kind: MethodKind, options: &MethodOptions) -> Result<SurfaceConfig, Box<dyn Error>> {
         self.refuse_contradiction(kind)?;
         if self.theory == Some(Theory::Rigorous) {
-            // Only the colour table gets here: the published methods were refused above.
+            // The method is the colour table, since `refuse_contradiction` refuses the published methods.
             if options.resolution != MethodOptions::default().resolution {
                 let reason = "whose tables have other axes";
                 return Err(format!("--table-resolution has no effect with --theory rigorous, {reason}").into());
@@ -186,7 +194,8 @@ impl SurfaceArgs {
                 return Err(no_effect_with_gems(flag).into());
             }
         }
-        // Methods that compute colours conserve energy only on request, although the ensemble model does by default.
+        // The configuration's default would conserve energy for the ensemble model. Methods that compute colours do so
+        // only on request.
         let mut args = Self { conserve_energy: Some(self.conserve_energy == Some(true)), ..self.clone() };
         if kind.is_patch_only() {
             (args.model, args.tiling) = (Some(Model::Patch), Some(Tiling::Periodic));
@@ -194,7 +203,7 @@ impl SurfaceArgs {
         Ok(args.config()?)
     }
 
-    /// Refuses the first argument that contradicts a method that computes colours.
+    /// Refuses an argument that contradicts a method that computes colours. The message names the first.
     fn refuse_contradiction(&self, kind: MethodKind) -> Result<(), String> {
         let is_patch_only = kind.is_patch_only();
         let conserves_energy = self.conserve_energy == Some(true);
@@ -215,9 +224,10 @@ impl SurfaceArgs {
         Err(format!("--method {kind} {reason}: {flag} must be {accepted}"))
     }
 
-    /// Whether the arguments give a refractive index.
-    pub fn has_index(&self) -> bool {
-        self.eta.is_some() || self.k.is_some()
+    /// The first given flag of the refractive index, `--eta` or `--k`.
+    pub(crate) fn index_flag(&self) -> Option<&'static str> {
+        let flags = [("--eta", self.eta.is_some()), ("--k", self.k.is_some())];
+        flags.into_iter().find(|(_, is_given)| *is_given).map(|(flag, _)| flag)
     }
 
     /// Whether the arguments give the height of a preset.
@@ -251,7 +261,7 @@ impl SurfaceArgs {
             ("--k", self.k.is_some()),
             ("--cover-eta", self.cover_eta.is_some()),
             ("--transmission", self.transmission.is_some()),
-            // The scalar theory is what the benchmark uses anyway.
+            // `--theory scalar` is accepted, since the benchmark uses it.
             ("--theory", self.theory == Some(Theory::Rigorous)),
         ];
         match flags.iter().find(|(_, is_given)| *is_given) {
@@ -261,8 +271,8 @@ impl SurfaceArgs {
     }
 }
 
-/// Error message for the flag of a factor on the reflectance. The factor does not multiply the colours of
-/// `--stam-form gems`, the shader in the book GPU Gems.
+/// Error message for a flag, such as `--obliquity`, that sets a factor of the reflectance. No factor multiplies the
+/// colours of `--stam-form gems`, those of the shader in the book GPU Gems.
 pub(crate) fn no_effect_with_gems(flag: &str) -> String {
     format!("{flag} has no effect with --stam-form gems, whose colours no factor multiplies")
 }
@@ -272,7 +282,7 @@ fn preset_names() -> impl TypedValueParser<Value = Preset> {
     names(Preset::ALL.map(Preset::name))
 }
 
-/// A parser for one of the `accepted` names, from which the library deserialises a `T`.
+/// A parser for one of the `accepted` names. It turns the name into a `T` as the library reads it from JSON.
 pub fn names<T, const N: usize>(accepted: [&'static str; N]) -> impl TypedValueParser<Value = T>
 where
     T: for<'de> Deserialize<'de> + Clone + Send + Sync + 'static,

@@ -13,8 +13,8 @@ use sunbeam::transform::{Series, TermTransform};
 /// Extensions of the files that can hold a term.
 const EXTENSIONS: [&str; 2] = ["png", "npy"];
 
-/// Number of powers of ten between white, the largest magnitude, and black. Chosen: with fewer, weak orders of real
-/// reliefs are black; with more, all orders are bright.
+/// Number of powers of ten between white, the largest magnitude, and black. With fewer, weak orders of real reliefs are
+/// black; with more, all orders are bright.
 const DECADES: f64 = 5.0;
 
 /// The magnitudes `|DFT((h/H)ⁿ)|` of all orders, in \[0, 1\].
@@ -37,8 +37,8 @@ impl Term {
         let transform = TermTransform::<f64>::new(field, Series::Taylor);
         let bins = transform.term(n);
         let (nx, ny) = field.size();
-        // Bin of the DFT for an index of the array, along an axis of `count` orders. The array's index i is the order
-        // i − ⌊count/2⌋. The DFT has order 0 first, and order −j at count − j.
+        // Bin of the DFT for an index of the array, along an axis of `count` orders. Index i of the array is the order
+        // i − ⌊count/2⌋. The DFT has order 0 in bin 0, and order −j in bin count − j.
         let bin = |index: usize, count: usize| (index + count - count / 2) % count;
         let magnitudes = Array2::from_shape_fn((ny, nx), |(iy, ix)| bins[bin(iy, ny) * nx + bin(ix, nx)].norm());
         Self { n, half_range_um: transform.half_range_um(), magnitudes }

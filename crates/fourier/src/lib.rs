@@ -40,7 +40,7 @@ impl Precision for f64 {
     }
 }
 
-/// Plans one-dimensional transforms of both `lengths`: the body of [`Precision::plans`].
+/// Plans one-dimensional transforms of both `lengths` (in points): the body of [`Precision::plans`].
 fn plan_each<T: FftNum>(lengths: [usize; 2], direction: Direction) -> [Arc<dyn Fft<T>>; 2] {
     let mut planner = FftPlanner::new();
     lengths.map(|length| match direction {
@@ -58,7 +58,7 @@ pub enum Direction {
     Negative,
 }
 
-/// A planned two-dimensional DFT of `ny` rows by `nx` columns, unnormalised.
+/// A planned two-dimensional discrete Fourier transform (DFT) of `ny` rows by `nx` columns, unnormalised.
 ///
 /// Bins are in FFT order along each axis: frequency 0, then the positive, then the negative frequencies in ascending
 /// order. The frequency n/2 of an even n counts as positive. Rows and columns are distributed over the current rayon
@@ -96,7 +96,7 @@ impl<T: Precision> Fft2<T> {
 
     /// The low-frequency bins of a zero-padded transform: the `kx` by `ky` bins nearest to frequency zero.
     ///
-    /// The bins equal those of [`Fft2::process`], whose other bins are not computed.
+    /// The bins equal those of [`Fft2::process`]; bins outside of this band are not computed.
     ///
     /// - `data` holds the first rows, whole and each `nx` long; missing rows up to `ny` are zero. It is overwritten
     ///   with scratch values.
@@ -110,7 +110,7 @@ impl<T: Precision> Fft2<T> {
         // Column-major: the kept columns, one after the other.
         let mut columns = vec![zero; kx * self.ny];
         columns.par_chunks_mut(self.ny * LINES_PER_TASK).enumerate().for_each(|(task, block)| {
-            // The block has the columns of this task, the last block perhaps fewer.
+            // The block has the columns of this task: `LINES_PER_TASK`, or fewer at the end.
             for (i, column) in block.chunks_mut(self.ny).enumerate() {
                 let bin = kept_bin(task * LINES_PER_TASK + i, kx, self.nx);
                 for (to, row) in column.iter_mut().zip(data.chunks(self.nx)) {

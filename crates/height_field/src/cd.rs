@@ -1,15 +1,16 @@
-//! Preset `cd`: tracks of pits of random length.
+//! Preset `cd`: a compact disc, whose tracks are rows of pits of random length.
 //!
-//! A pit or a land between two pits is a *run* of 3 T to 11 T, as in the eight-to-fourteen modulation of IEC 60908.
-//! T is the length of one channel bit. Tracks run along y. Lengths without another unit are in µm. Rounding is by
-//! `libm` rather than the platform's library, so that the tile is identical on every machine (`random.rs`).
+//! The *land* is the flat surface between two pits of a track, at height 0. Pits and lands are *runs* of 3 T to 11 T,
+//! as in the eight-to-fourteen modulation of IEC 60908, the standard of the disc. T is the length of one *channel
+//! bit*, the shortest unit on a track. Tracks run along y. Lengths without another unit are in µm. `floor` and `ceil`
+//! are those of the crate `libm`, not the platform's, so that the tile is identical on every machine (`random.rs`).
 
 use super::preset::PIXELS;
 use super::random::{Random, smooth_step};
 use super::{HeightField, HeightFieldError};
 use ndarray::Array2;
 
-/// Tracks on the tile. Forty make it 64 µm wide, about as large as the tiles of the presets of snake skin.
+/// Tracks on the tile. Forty make the tile 64 µm wide, about as large as those of the presets of snake skin.
 const TRACKS: usize = 40;
 /// Distance between tracks along x in µm (IEC 60908).
 const PITCH_UM: f64 = 1.6;
@@ -44,7 +45,7 @@ fn run_length(random: &mut Random) -> u32 {
         }
         draw -= f64::from(weight);
     }
-    // Not reached, except by rounding of `draw`.
+    // Reached only by rounding of `draw`.
     11
 }
 
@@ -95,7 +96,8 @@ fn press(heights: &mut Array2<f64>, centre: f64, start: f64, end: f64) {
     let wrap = |i: i64| i.rem_euclid(PIXELS as i64) as usize;
     // Distance along x from the centre of a pit to the upper edge of its wall.
     let reach = 0.5 * (WIDTH_UM + WALL_UM);
-    // At half depth a pit is a stadium, WIDTH_UM wide and `end − start` long. This is its centre line.
+    // At half depth a pit is a rectangle with half-round ends, WIDTH_UM wide and `end − start` long. Its centre line
+    // joins the centres of both ends.
     let (line_start, line_end) = (start + 0.5 * WIDTH_UM, end - 0.5 * WIDTH_UM);
     let first_y = libm::floor((start - WALL_UM) / STEP_UM) as i64;
     let last_y = libm::ceil((end + WALL_UM) / STEP_UM) as i64;

@@ -9,8 +9,9 @@ const ROUNDING_PIXELS: f64 = 1e-6;
 impl HeightField {
     /// The part of the field in a rectangle of `width_um × height_um` whose lower left corner is at `(x_um, y_um)`.
     ///
-    /// Pixels are kept if their centres lie in the rectangle or on its lower or left border. The field's own lower left
-    /// corner is (0, 0), so the centre of pixel `[[0, 0]]`, `[[row, column]]`, is at half a pixel along x and along y.
+    /// Pixels are kept if their centres lie in the rectangle or on its lower or left border. The field's own lower
+    /// left corner, of lowest x and y, is (0, 0) here, so the first pixel's centre is at half a pixel along x and
+    /// along y. In the indices of [`HeightField`] that centre is the origin.
     ///
     /// ```
     /// use sunbeam_height_field::Preset;
@@ -26,7 +27,14 @@ impl HeightField {
     pub fn cropped(&self, x_um: f64, y_um: f64, width_um: f64, height_um: f64) -> Result<Self, HeightFieldError> {
         let (nx, ny) = self.size();
         let (extent_x_um, extent_y_um) = self.extent_um();
-        let refused = || HeightFieldError::Crop { x_um, y_um, width_um, height_um, extent_x_um, extent_y_um };
+        let refused = || HeightFieldError::Crop {
+            x_um,
+            y_um,
+            size_x_um: width_um,
+            size_y_um: height_um,
+            extent_x_um,
+            extent_y_um,
+        };
         // Indices of the kept pixels along one axis of `count` pixels.
         let span = |start_um: f64, length_um: f64, step_um: f64, count: usize| {
             // Borders in pixels.

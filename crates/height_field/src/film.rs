@@ -1,21 +1,22 @@
-//! Filling of missing points: by the mean, or by a film that solves Laplace's equation.
+//! Filling of missing points: by the mean, or by a film, as of soap, that spans each hole and solves Laplace's
+//! equation.
 //!
 //! In finite differences, the height h of each missing point satisfies `Σ w·(h − h_neighbour) = 0`. The sum is over its
 //! up to four neighbours, which are missing points or known heights. The weight w is 1/dx² along x and 1/dy² along y.
 //! The system is symmetric and, with one known height at least, positive definite. It is solved by conjugate gradients.
 //!
-//! The unknowns are heights above the *base*, the mean of the known heights, in µm. The *film* is the vector of all
-//! unknowns, one for each missing point in row-major order. The flat film has the height of the base everywhere.
+//! The unknowns are heights above the *base*, the mean of the known heights, in µm. In code, `film` is the vector of
+//! all unknowns, one for each missing point in row-major order. The flat film has the height of the base everywhere.
 
 use crate::Fill;
 use ndarray::Array2;
 
 /// Preconditioned norm of the residual at which the solution is accepted, relative to that of the flat film. Errors are
-/// then far below a millionth of the relief's height.
+/// then far below a millionth of the relief's height. A smaller value takes more iterations.
 const RESIDUAL: f64 = 1e-12;
 /// Largest number of iterations, after which the film is used as it is. A hole of a thousand pixels across needs some
 /// thousands.
-const STEPS_MAX: usize = 50_000;
+const ITERATIONS_MAX: usize = 50_000;
 
 impl Fill {
     /// Replaces every NaN of `heights_um` (pixels of `dx_um` by `dy_um`); all other heights are finite. Nothing is
@@ -109,11 +110,12 @@ impl FilmSystem {
         let mut film = vec![0.0; self.points.len()];
         let mut residual = self.right_side.clone();
         let mut direction = preconditioned(&residual);
-        // Square of the residual's preconditioned norm. The first one is that of the flat film, which is 0 everywhere.
+        // Square of the residual's preconditioned norm. Its first value belongs to the flat film, which is 0
+        // everywhere.
         let mut norm2 = dot(&residual, &direction);
         let accepted_norm2 = norm2 * RESIDUAL * RESIDUAL;
         let mut product = vec![0.0; film.len()];
-        for _ in 0..STEPS_MAX {
+        for _ in 0..ITERATIONS_MAX {
             // Products of huge heights may overflow to infinity or NaN, which end the iteration, too.
             if norm2.is_nan() || norm2 <= accepted_norm2 {
                 break;

@@ -23,7 +23,7 @@ pub(crate) fn known_or_nan(number: f64) -> f64 {
 pub(crate) struct Holes {
     /// Number of missing points.
     pub count: usize,
-    /// Row and column, from 0, of the first one in row-major order; `None` without missing points.
+    /// Row and column, from 0, of the first missing point in row-major order; `None` without missing points.
     pub first: Option<(usize, usize)>,
     /// Numbers recognised as missing by their distance from all heights (`isolated.rs`), each with its count.
     pub isolated: Vec<(f64, usize)>,
@@ -46,8 +46,9 @@ impl Holes {
         Self { count, first, isolated }
     }
 
-    /// The isolated numbers as clauses that continue a message about the missing points; empty without such numbers.
-    pub(crate) fn isolated_in_words(&self) -> String {
+    /// The isolated numbers as clauses that continue a message about the missing points, such as `; 3 of them -9999,
+    /// isolated from the rest`; empty without such numbers.
+    pub(crate) fn isolated_note(&self) -> String {
         let clause = |(value, count): &(f64, usize)| format!("; {count} of them {value}, isolated from the rest");
         self.isolated.iter().map(clause).collect()
     }
@@ -72,8 +73,8 @@ impl HeightField {
         if let Some((row, column)) = holes.first {
             let (count, total) = (holes.count, heights_um.len());
             if fill == Fill::None || count == total {
-                let isolated = holes.isolated_in_words();
-                return Err(HeightFieldError::Holes { count, total, row, column, isolated });
+                let isolated_note = holes.isolated_note();
+                return Err(HeightFieldError::Holes { count, total, row, column, isolated_note });
             }
             // `Fill::Laplace` divides by the pixel sizes, so they are checked before `new` checks them again.
             check_pixel_size(dx_um, dy_um)?;

@@ -1,12 +1,12 @@
 //! Detection of missing points that a program wrote as a number, such as −9999.
 //!
-//! Such a number is the lowest or the highest value of the file and lies far from all other values. The criterion is
-//! the ratio gap/range. The *gap* is the distance from the number to the nearest other value. The *range* is the
-//! highest minus the lowest of the other values.
+//! Such a number is *isolated*: it is the lowest or the highest value of the file and lies far from all other values.
+//! The criterion is the ratio gap/range. The *gap* is the distance from the number to the nearest other value. The
+//! *range* is the highest minus the lowest of the other values.
 //!
 //! A *level* of a relief is a height that many points share exactly, such as the floor of a lamellar grating. A level
-//! may lie as far from the others as a number for missing points. It differs in two properties: it covers an area, and
-//! the other values have a level, too. Measured heights have no levels: noise spreads them over many values.
+//! may lie as far from the other values as a number for missing points. It differs in two properties: it covers an
+//! area, and the other values have a level, too. Measured heights have no levels: noise spreads them over many values.
 //!
 //! The numbers that programs commonly write for missing points, such as −9999, are never levels. The only exceptions
 //! are both ends of the 16-bit integers, if a relief has both as levels, such as a grating from −32767 to 32767.
@@ -22,18 +22,19 @@ const FULL_SCALE: [f64; 3] = [-32768.0, -32767.0, 32767.0];
 /// Smallest gap/range of a number in [`MISSING_NUMBERS`]. It is below 1, because reliefs are not always far from such a
 /// number: heights of 0 to 2000 nm are only half a range above −999. A smaller bound would remove the extreme of a
 /// relief that happens to be such a number.
-const KNOWN_GAP_MIN: f64 = 0.25;
+const MISSING_GAP_MIN: f64 = 0.25;
 /// Smallest gap/range of any other number. A smaller bound would remove particles of dust, which are usually less than
 /// ten times as high as the relief. A larger one would leave missing points as spikes.
 const GAP_MIN: f64 = 10.0;
-/// Smallest fraction of the values at a level of the relief. A larger bound would remove narrow levels, such as thin
-/// ridges of a grating; a smaller one would keep common fractions of missing points.
+/// Smallest fraction of all values that a level covers. A larger bound would remove narrow levels, such as thin ridges
+/// of a grating. A smaller one would take missing points for a level, since they often are a few per cent.
 const LEVEL_MIN: f64 = 0.05;
-/// Fraction of the other values left out at either end, before their range is compared with the gap of one of
-/// [`MISSING_NUMBERS`]. The ends may contain a second number for missing points, which would enlarge the range.
+/// Fraction of the other values that is left out at either end, before their range is compared with the gap of one of
+/// [`MISSING_NUMBERS`]. The ends may contain a second number for missing points, which would enlarge the range. Larger
+/// ends would cut off more of the relief's own range.
 const IGNORED_ENDS: f64 = LEVEL_MIN;
-/// Smallest fraction of the values at the most frequent other number, if a number is to be a level beside it. Coarsely
-/// quantised measurements have equal heights, too, but spread over more than four values.
+/// Smallest fraction of all values that the most frequent other number covers, if a number is to be a level beside it.
+/// Coarsely quantised measurements have equal heights, too, but spread over more than four values.
 const OTHER_LEVEL_MIN: f64 = 0.25;
 /// Largest number of different numbers for missing points in one file. Three are common, for points not measured,
 /// underflow and overflow; the fourth is spare.
@@ -43,7 +44,7 @@ const KINDS_MAX: usize = 4;
 /// ignored, and do not count as values in this file.
 ///
 /// The lowest or the highest number is isolated if its gap to the rest is at least [`GAP_MIN`] times the range of the
-/// rest. For [`MISSING_NUMBERS`] the factor is [`KNOWN_GAP_MIN`]. A level is not isolated.
+/// rest. For [`MISSING_NUMBERS`] the factor is [`MISSING_GAP_MIN`]. A level is not isolated.
 pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| !value.is_nan()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -53,7 +54,7 @@ pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
     // Splits off one isolated number at a time.
     while found.len() < KINDS_MAX {
         let Some(split) = split_lowest(rest, total).or_else(|| split_highest(rest, total)) else { break };
-        // Numbers that most values share are more probably levels of the relief.
+        // If fewer than half of the values remain, the numbers split off are more probably levels of the relief.
         if 2 * split.rest.len() < total {
             return Vec::new();
         }
@@ -73,8 +74,8 @@ struct Split<'a> {
     rest: &'a [f64],
 }
 
-/// Splits off the lowest number; `None` if it is not isolated. `total` is the number of values of the file. `sorted`
-/// has those that are not split off yet.
+/// Splits off the lowest number; `None` if it is not isolated. `sorted` has the values that are not split off yet;
+/// `total` is the number of all values of the file.
 fn split_lowest(sorted: &[f64], total: usize) -> Option<Split<'_>> {
     let value = *sorted.first()?;
     let (same, rest) = sorted.split_at(sorted.partition_point(|other| *other <= value));
@@ -97,26 +98,26 @@ fn is_isolated(value: f64, gap: f64, rest: &[f64]) -> bool {
     let range_of = |part: &[f64]| part.first().zip(part.last()).map_or(0.0, |(low, high)| high - low);
     let (range, gap_min) = if MISSING_NUMBERS.contains(&value) {
         let ignored = (IGNORED_ENDS * rest.len() as f64) as usize;
-        (range_of(&rest[ignored..rest.len() - ignored]), KNOWN_GAP_MIN)
+        (range_of(&rest[ignored..rest.len() - ignored]), MISSING_GAP_MIN)
     } else {
         (range_of(rest), GAP_MIN)
     };
-    // A range of 0 has one level only: the number is then the second level of the relief.
+    // With a range of 0 the rest is one level, and the number is the second level of the relief.
     range > 0.0 && gap >= gap_min * range
 }
 
 /// Whether the equal numbers `same` are a level of the relief beside another level in the `rest`, which is sorted.
 /// `total` is the number of values of the file.
 fn is_level(same: &[f64], rest: &[f64], total: usize) -> bool {
-    // Functions of a slice of equal numbers: its fraction of all values, and whether its number is in a list.
+    // For a slice of equal numbers: its fraction of all values, and whether its number is in a list.
     let fraction = |equal: &[f64]| equal.len() as f64 / total as f64;
     let is_in = |equal: &[f64], numbers: &[f64]| equal.first().is_some_and(|value| numbers.contains(value));
     // Each of the other values, as a slice of equal numbers.
     let others = || rest.chunk_by(|a, b| a == b);
     let largest_other = others().map(fraction).fold(0.0, f64::max);
     let is_full_scale_level = |equal: &[f64]| is_in(equal, &FULL_SCALE) && fraction(equal) >= LEVEL_MIN;
-    // A common number for missing points may be a level only if it is one end of full scale, and another end is a
-    // level, too. Any other number may be a level.
+    // One of `MISSING_NUMBERS` may be a level only if it is one end of full scale, and another end is a level, too. Any
+    // other number may be a level.
     let may_be_level =
         !is_in(same, &MISSING_NUMBERS) || (is_in(same, &FULL_SCALE) && others().any(is_full_scale_level));
     may_be_level && fraction(same) >= LEVEL_MIN && largest_other >= OTHER_LEVEL_MIN

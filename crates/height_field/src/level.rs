@@ -69,8 +69,8 @@ impl FromStr for Level {
 impl HeightField {
     /// The relief minus the surface that `level` names, fitted in height (along z).
     ///
-    /// The middle of the height range is subtracted first, so that sums run over small numbers: an offset of a
-    /// millimetre adds no error beyond the rounding of the heights themselves. An axis of one pixel has no tilt.
+    /// The middle of the height range is subtracted first, so that sums run over small numbers. Even an offset of a
+    /// millimetre then adds no error beyond the rounding of the heights themselves. An axis of one pixel has no tilt.
     #[must_use]
     pub fn levelled(&self, level: Level) -> Self {
         let mut field = self.clone();
@@ -114,8 +114,8 @@ impl HeightField {
         field
     }
 
-    /// Subtracts the least-squares multiple of `basis(x, y)`, where x and y are column and row counted from the centre
-    /// of the field, in pixels.
+    /// Subtracts the least-squares multiple of `basis(x, y)`. Here x and y are column and row in pixels, counted from
+    /// the centre of the field.
     ///
     /// Nothing is subtracted if the basis is zero at all pixels, as a tilt along an axis of one pixel or a bow along an
     /// axis of two is. Such zeros are exact: with so few pixels nothing is rounded.

@@ -16,8 +16,8 @@
 //! ```
 //!
 //! Single 2014 is M. Single's thesis, *An Interactive Shader for Natural Diffraction Gratings* (Bern, 2014). The
-//! presets of snake skins are modelled on its scans. The period that it measures lies along x here, so that the skin of
-//! *Elaphe* is rotated by +90° against the published picture.
+//! presets of snake skins are modelled on the thesis's scans. The period that the thesis measures lies along x here, so
+//! the skin of *Elaphe* is rotated by +90° against the published picture.
 
 mod cd;
 mod crop;

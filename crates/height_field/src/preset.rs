@@ -97,7 +97,7 @@ impl Preset {
                 return Err(HeightFieldError::OutOfRange { parameter, value_um });
             }
         }
-        // Presets without defaults ignore both numbers.
+        // Presets without defaults take neither parameter, so their numbers are arbitrary.
         let (default_period_um, default_height_um) = self.defaults_um().unwrap_or((1.0, 1.0));
         let period_um = period_um.unwrap_or(default_period_um);
         let height_um = height_um.unwrap_or(default_height_um);

@@ -35,8 +35,8 @@ impl Random {
         (0..12).map(|_| self.unit()).sum::<f64>() - 6.0
     }
 
-    /// A smooth periodic field `[[iy, ix]]` of `nx × ny` pixels with mean 0 and root mean square 1. Waves alias unless
-    /// both numbers exceed `2·max_wave`; a single pixel is not normalised.
+    /// A smooth periodic field `[[iy, ix]]` of `nx × ny` pixels with mean 0 and root mean square 1. `nx` and `ny` must
+    /// exceed `2·max_wave`, or waves alias. A single pixel is not normalised.
     ///
     /// The field is a sum of random waves of `kx` and `ky` periods over the tile along x and y. Their wave number
     /// `√(kx² + ky²)` is 1 to `max_wave`, which is at least 1. Amplitudes are normal numbers divided by the wave

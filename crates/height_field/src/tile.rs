@@ -2,10 +2,10 @@
 //!
 //! A *seam* is the step in height between the last pixel of a tile and the first pixel of its next copy.
 //!
-//! Blending along one axis, in pixels: the tile is the first `length` pixels of the axis. The `strip` pixels beyond the
-//! tile are blended over its first `strip` pixels. Their weight falls from nearly 1 at pixel 0 to nearly 0 at pixel
-//! `strip − 1`. The tile's last pixel then continues into its first. The *mismatch* of a length is the root of the sum
-//! of squared differences between both strips.
+//! Blending along one axis, in pixels: the tile is the first `length` pixels of the axis. The strip of `strip` pixels
+//! beyond the tile is blended over the tile's first `strip` pixels. The weight of the strip beyond falls from nearly
+//! 1 at pixel 0 to nearly 0 at pixel `strip − 1`. The tile's last pixel then continues into its first. The *mismatch*
+//! of a length is the root of the sum of squared differences between both strips.
 
 use super::{HeightField, HeightFieldError};
 use ndarray::{Array2, Axis, s};
@@ -15,15 +15,15 @@ use std::f64::consts::PI;
 /// Fraction of each axis that is blended if no width is given. A wider strip changes more of the relief; a narrower one
 /// makes steeper transitions.
 const BLEND_FRACTION: f64 = 0.1;
-/// Least length of an axis, in strips: a wider strip is refused.
+/// Least length of an axis, in strips: a wider strip is refused. With two or fewer, both strips could overlap.
 const STRIPS_MIN: usize = 3;
-/// Reciprocal of the largest fraction by which the search for matching edges shortens the longest length, which is the
-/// axis without the strip. The search covers a whole period if that length has `PERIODS_MIN` periods. A smaller number
-/// may cut off more of the scan; a larger one finds fewer whole periods.
+/// Number of periods of a relief in the longest length that suffices for the search to find a whole number of them. The
+/// longest length is the axis without the strip. The search shortens it by up to 1/`PERIODS_MIN`, which is one period
+/// then. A smaller number may cut off more of the scan; a larger one finds fewer whole periods.
 const PERIODS_MIN: usize = 3;
 /// Tolerance on the mismatch, as a fraction of the largest mismatch. Lengths whose mismatch exceeds the least by at
-/// most this tolerance are accepted, and the descent to a local minimum starts from the longest of them. A larger
-/// tolerance keeps more pixels and matches worse.
+/// most this tolerance are accepted. The longest of them is then shortened until its mismatch is a local minimum. A
+/// larger tolerance keeps more pixels and matches worse.
 const MISMATCH_TOLERANCE: f64 = 0.1;
 
 /// Steps in height across the seam of a repeated tile, along one axis.
@@ -58,7 +58,7 @@ pub struct TileReport {
     /// Root mean square change of the blended pixels, in µm.
     pub rms_change_um: f64,
     /// Root mean square heights in µm: of the kept part before blending, and of the tile. Blending edges that do not
-    /// match lowers the latter.
+    /// match lowers that of the tile.
     pub rms_um: [f64; 2],
     /// Seams of the whole field before blending.
     pub seams_before: Seams,
@@ -78,9 +78,9 @@ impl HeightField {
     /// with a raised cosine. The end then continues into the beginning. Other heights stay unchanged. Without
     /// `blend_um`, a tenth of each axis is blended, and at least a pixel.
     ///
-    /// The length of the tile is chosen so that both strips match, which is a whole number of periods for a periodic
-    /// relief. Lengths from two thirds of the axis (without the strip) on are tried. Of all that match nearly equally
-    /// well the longest is taken, or the next shorter one that matches better than its neighbours.
+    /// The length of the tile is chosen so that both strips match. For a periodic relief this is a whole number of
+    /// periods. Lengths from two thirds of the axis (without the strip) on are tried. Of all that match nearly equally
+    /// well, the longest is taken, or the next shorter one that matches better than its neighbours.
     ///
     /// ```
     /// use ndarray::Array2;
@@ -164,7 +164,7 @@ fn blended(heights: &Array2<f64>, strip: usize) -> Array2<f64> {
         if ix >= strip {
             return own;
         }
-        // A raised cosine at the centre of the pixel.
+        // Weight of the tile's own height: a raised cosine at the centre of the pixel.
         let own_weight = 0.5 - 0.5 * (PI * (ix as f64 + 0.5) / strip as f64).cos();
         own_weight * own + (1.0 - own_weight) * heights[[iy, length + ix]]
     })
@@ -178,19 +178,21 @@ fn best_length(heights: &Array2<f64>, strip: usize) -> usize {
         beginning.iter().zip(beyond).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
     };
     let longest = heights.ncols() - strip;
-    // At least 4/9 of the axis, which exceeds `strip`: the strips do not overlap.
+    // At least 4/9 of the axis: two thirds of the rest beside a strip of a third. This exceeds `strip`, so the strips
+    // do not overlap.
     let shortest = (longest * (PERIODS_MIN - 1)).div_ceil(PERIODS_MIN);
     let mismatches: Vec<f64> = (shortest..=longest).map(mismatch).collect();
     let least = mismatches.iter().copied().fold(f64::INFINITY, f64::min);
     let largest = mismatches.iter().copied().fold(0.0, f64::max);
     let accepted = least + MISMATCH_TOLERANCE * largest;
-    // The length of the least mismatch is always accepted, so the fallback is never used.
-    let mut best = mismatches.iter().rposition(|m| *m <= accepted).unwrap_or(mismatches.len() - 1);
+    // Pixels beyond the shortest length. The length of the least mismatch is always accepted, so the fallback is never
+    // used.
+    let mut extra = mismatches.iter().rposition(|m| *m <= accepted).unwrap_or(mismatches.len() - 1);
     // Descend to the next local minimum among shorter lengths: the whole number of periods near an accepted length.
-    while best > 0 && mismatches[best - 1] < mismatches[best] {
-        best -= 1;
+    while extra > 0 && mismatches[extra - 1] < mismatches[extra] {
+        extra -= 1;
     }
-    shortest + best
+    shortest + extra
 }
 
 #[cfg(test)]

@@ -20,12 +20,12 @@ pub struct Query {
     pub kind: u32,
     /// Unit vector towards the viewer.
     pub wo: [f32; 3],
-    /// 1 where the sun is visible, directly or through films; else 0, and `sun` is 0, too. Of the points of the mesh,
-    /// only lit ones are answered.
+    /// 1 where the sun is visible, directly or through films; else 0, and `sun` is 0, too. The method computes the
+    /// reflectance of lit points of the mesh only.
     pub lit: u32,
     /// Texture coordinates of the mesh, for the pigment.
     pub uv: [f32; 2],
-    /// Fraction of the sunlight that arrives at the point: 0 in shadow, 1 in direct sun, between them behind films.
+    /// Fraction of the sunlight that arrives at the point: 0 in shadow, 1 in direct sun, a value between behind films.
     pub sun: f32,
     /// Fills the struct to a multiple of 16 bytes.
     pub(super) padding: u32,
@@ -69,36 +69,35 @@ pub(super) struct OpticsUniform {
     pub k: f32,
     /// 1 for a perfect conductor, which does not use `eta` and `k`; else 0.
     pub reflects_all: u32,
-    /// Number of the obliquity factor.
+    /// Obliquity factor: a constant `PAIR_OBLIQUITY_*` of pair.wgsl.
     pub obliquity: u32,
     /// 1 with the factor of shadowing and masking, else 0.
     pub shadowing: u32,
-    /// Number of the kind of answers.
-    pub answers: u32,
+    /// Kind of answers: a constant `OPTICS_ANSWER_*` of optics.wgsl.
+    pub answer_kind: u32,
     /// Refractive index of the cover; 1 without a cover.
     pub cover_eta: f32,
 }
 
 impl OpticsUniform {
-    /// The uniform for `optics` and a method whose answers are of the kind `answers`.
-    pub(crate) fn new(optics: &Optics, answers: AnswerKind) -> Self {
+    /// The uniform for `optics` and a method with answers of this kind.
+    pub(crate) fn new(optics: &Optics, answer_kind: AnswerKind) -> Self {
         let cover_eta = optics.cover.map_or(1.0, Cover::eta);
         let index = optics.index.unwrap_or(ComplexIndex { eta: 1.0, k: 0.0 }).relative_to(cover_eta);
         Self {
             eta: index.eta as f32,
             k: index.k as f32,
             reflects_all: u32::from(optics.index.is_none()),
-            // The constants `PAIR_OBLIQUITY_*` of pair.wgsl. tests/realtime/twins.rs compares the results for each of
-            // them with the processor's.
+            // tests/realtime/twins.rs compares the results for each of these numbers with the processor's.
             obliquity: match optics.obliquity {
                 Obliquity::Stam => 0,
                 Obliquity::Unit => 1,
                 Obliquity::SmallSlope => 2,
             },
             shadowing: u32::from(optics.shadowing),
-            // The constants `OPTICS_ANSWERS_*` of optics.wgsl. methods.rs, gratings.rs and films.rs in tests/realtime
-            // compare the results for each of them with the processor's.
-            answers: match answers {
+            // methods.rs, gratings.rs and films.rs in tests/realtime compare the results for each of these numbers with
+            // the processor's.
+            answer_kind: match answer_kind {
                 AnswerKind::Relief => 0,
                 AnswerKind::Reflectance => 1,
                 AnswerKind::Film { .. } => 2,
@@ -180,7 +179,7 @@ pub(super) struct FrameUniform {
     pub pigment_scale: f32,
     /// Unit vector to the sun.
     pub to_sun: [f32; 3],
-    /// Number of the [`super::Blend`] (view.rs).
+    /// The [`super::Blend`]: `FRAME_PHYSICAL`, `FRAME_FIXED_MIX` or `FRAME_NONE` of `frame.wgsl`.
     pub blend: u32,
     /// Position of the ray within its pixel, 0 to 1 from the left and the top.
     pub subpixel: [f32; 2],
@@ -264,7 +263,7 @@ mod tests {
             (
                 &shade,
                 "Optics",
-                rust_layout!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing, answers, cover_eta),
+                rust_layout!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing, answer_kind, cover_eta),
             ),
             (&shade, "Range", rust_layout!(RangeUniform: first, count, part, parts, two)),
             (&locate, "Vertex", rust_layout!(Vertex: position, u, normal, v)),

@@ -1,6 +1,7 @@
 //! Pipelines, bindings and submissions of the locate stage, which follows the rasteriser. It writes a *query* for each
-//! pixel: the visible point with its directions to sun and viewer (layout.rs). It also adds the radiance of sunlit
-//! ground and the sample's weight to the picture. The next stage computes the reflectance of the queries in `chosen`.
+//! pixel: the visible point with its directions to sun and viewer (layout.rs). A *sample* of the picture has one ray
+//! for each pixel. The stage also adds the radiance of sunlit ground and the sample's weight to the picture. The next
+//! stage computes the reflectance of the queries in `chosen`.
 //! `locate.wgsl` explains the entry points and the lists `skin`, `bare`, `rest` and `chosen`.
 //!
 //! The lengths of the lists are read back after each submission, because they determine the later dispatches.

@@ -68,8 +68,8 @@ pub(super) fn layout(gpu: &Gpu, accesses: &[Access]) -> wgpu::BindGroupLayout {
     gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
 }
 
-/// A compute pipeline with the entry point `entry` and the layouts of the groups 0, 1, … With `groups` = `None` wgpu
-/// derives the layouts from the shader. In the list, `None` is a group that the shader does not use.
+/// A compute pipeline with the entry point `entry`. `groups` are the layouts of the groups 0, 1, …; a `None` among them
+/// is a group that the shader does not use. Without a list wgpu derives the layouts from the shader.
 ///
 /// # Errors
 /// [`GpuError::Refused`] for WGSL or layouts that wgpu refuses, [`GpuError::Lost`].

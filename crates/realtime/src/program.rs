@@ -1,6 +1,6 @@
 //! WGSL programs for the GPU. WGSL has no includes, so a program is the concatenation of the files that it needs. The
-//! macro `wgsl!` includes a file without its comments. The first comment of each file in the folder wgsl explains the
-//! file's purpose.
+//! macro `wgsl!` embeds a file without its comments. The first comment of each file in the folder wgsl explains the
+//! file's purpose, and lib.rs the stages that run the programs.
 
 use std::error::Error;
 use sunbeam::grating::{GratingColourSurface, GratingSurface, preset_profile};

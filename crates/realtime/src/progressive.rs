@@ -26,8 +26,9 @@ use crate::{FrameReport, Gpu, GpuError, Optics, Renderer, Scene, Shader, Target,
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// Number of targets kept for the next pictures: two for each of two sizes. During a drag, pictures of two sizes
-/// alternate, and one target is shown while another is drawn into. More targets take more memory.
+/// Number of targets, the GPU's memory of a picture, kept for the next pictures: two for each of two sizes. During a
+/// drag, pictures of two sizes alternate, and one target is shown while another is drawn into. More targets take more
+/// memory; with fewer, targets are created anew during a drag.
 const TARGETS_KEPT: usize = 4;
 
 /// The picture to draw, at its full resolution.
@@ -35,7 +36,7 @@ const TARGETS_KEPT: usize = 4;
 pub struct Job {
     /// Camera, light and rays per pixel.
     pub view: View,
-    /// Optics around the relief.
+    /// Factors of the reflectance that do not depend on the relief.
     pub optics: Optics,
     /// Width and height in pixels.
     pub size: (u32, u32),

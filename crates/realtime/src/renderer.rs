@@ -3,7 +3,7 @@
 //!
 //! If the sun has moved, the sun's depth map (sunlight.rs) is drawn before the first sample. The locate stage writes a
 //! *query* for each pixel: its visible point with the directions to sun and viewer (layout.rs). This stage also adds
-//! the ground's radiance to the picture, which the first sample replaces, and lists the queries of sunlit points of the
+//! the ground's radiance to the picture, which the first sample replaces. It lists the queries of sunlit points of the
 //! mesh in the buffer `chosen` (target.rs). The length of the list, `chosen_count`, is read back, because it sizes the
 //! dispatches of shade and resolve.
 

@@ -43,7 +43,8 @@ const BATCH: usize = 1 << 20;
 const OWN_GROUP: [Access; 6] =
     [Access::Uniform, Access::Uniform, Access::Read, Access::Read, Access::ReadWrite, Access::ReadWrite];
 
-/// A method on the GPU with the optics around it. It answers arrays of queries.
+/// A method on the GPU, with the factors of the reflectance that do not depend on the relief ([`Optics`]). It answers
+/// arrays of queries.
 pub struct Shader {
     pipeline: wgpu::ComputePipeline,
     /// Group 1 of the bindings: the method's uniform and data.
@@ -215,8 +216,8 @@ impl Shader {
     }
 
     /// Reflectances `f_r` over the hemisphere of `wo` for light from `wi`, a unit vector, as linear sRGB in 1/sr. The
-    /// map has `side`² pixels in the layout of [`map_direction`], rows from the top. Pixels outside the disc of the
-    /// hemisphere are `None`.
+    /// map has `side`² pixels, rows from the top. A pixel at (x, y) in [−1, 1]², x right and y up, stands for the `wo`
+    /// with these two components ([`map_direction`]). Pixels outside the unit disc are `None`.
     ///
     /// # Errors
     /// The errors of [`Shader::evaluate_async`].

@@ -13,7 +13,7 @@ use glam::DVec3;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Approximate width in texels of the empty border around the mesh's box. With a border, the four texels around a point
-/// of the mesh always exist, and a ray to the sun from a point outside the map meets no mesh. The same factor enlarges
+/// of the mesh always exist, and no mesh lies between the sun and a point beyond the map. The same factor enlarges
 /// the box along the sun's direction, so that depths of the mesh exceed 0, the depth of an empty texel. A wider border
 /// makes the texels larger.
 const MARGIN_TEXELS: f64 = 4.0;

@@ -1,13 +1,28 @@
 //! The air above the relief, and the linear systems that couple it to the lower medium.
 //!
-//! Symbols and equations are those of `lib.rs`. In matrices over the nodes:
+//! `lib.rs` has the equations. Lengths are in µm, wave numbers in rad/µm. x is across the grooves, y along them, z up.
 //!
-//! - *speed* is |dr/dτ| of a node (`nodes.rs`);
-//! - *field* is u (Ey or Hy), *flux* is ∂νu times the speed;
+//! | symbol | meaning |
+//! | --- | --- |
+//! | d, k, n | period, wave number in vacuum, refractive index of the lower medium |
+//! | ky | wave number along y, common to all fields |
+//! | κ² = k² − ky², κm² = n²k² − ky² | squared wave number in the xz plane, in the air and in the lower medium |
+//! | t = κd/2π | bound of \|b + m\| for orders m that propagate |
+//! | b | Bloch phase in turns: a field changes by the factor e^{2πib} from one period to the next |
+//! | αm = 2π(b + m)/d, βm = √(κ² − αm²) | wave numbers of order m along x and z |
+//! | u, ∂νu, ∂su | field on the curve, Ey or Hy; its derivatives along the normal into the air, and along the curve |
+//! | S, K | single and double layer potential in the air: integrals over the curve, as matrices (`layers.rs`) |
+//! | W | response of the lower medium: the matrix from u to ∂νu (`metal.rs`) |
+//! | τ | parameter of the curve; *nodes* at equal steps of it carry the fields (`nodes.rs`) |
+//!
+//! In matrices over the nodes:
+//!
+//! - *speed* is |dr/dτ| of a node at position r;
+//! - *field* is u, *flux* is ∂νu times the speed;
 //! - the field in the air satisfies `(½ − K)·u + S·flux = incident`;
 //! - the amplitude radiated into order m is `from_field·u + from_flux·flux`, by Green's formula;
-//! - *response* is W times the speed, from field to flux (`metal.rs`);
-//! - D is the derivative with respect to the nodes' parameter τ (`discretisation.rs`), so `D·u` is ∂su times the speed.
+//! - *response* is W times the speed, from field to flux;
+//! - D is the derivative with respect to τ (`discretisation.rs`), so `D·u` is ∂su times the speed.
 //!
 //! An incident wave of order m varies as e^{iαm·x − iβm·z}, an outgoing one as e^{iαm·x + iβm·z}.
 
@@ -143,8 +158,9 @@ impl<'a> Air<'a> {
 
     /// Amplitudes between all propagating orders at a wavelength (nm).
     ///
-    /// ky is the positive root of k² − κ². Where κ exceeds k, ky is imaginary and belongs to no direction of light. The
-    /// amplitudes are then the analytic continuation in ky².
+    /// ky is the positive root of k² − κ². Where κ exceeds k, ky² is negative and belongs to no direction of light.
+    /// The amplitudes are then their analytic continuation in ky². Tables whose directions extend beyond the horizon
+    /// use it.
     ///
     /// # Errors
     /// A wavelength that is not finite and positive, special functions that overflow, and solutions that are not
@@ -221,7 +237,7 @@ impl<'a> Air<'a> {
             .map(|from| {
                 [from, count + from].map(|column| {
                     let inward = [0, 1].map(|component| self.inward(&fields[component], &fluxes[component], column));
-                    // The incident wave of amplitude 1 carries the power d·β in the unit of `inward`; β is its order's.
+                    // In the unit of `inward`, the incident wave of amplitude 1 carries the power d·βm of its order m.
                     (inward[0] + inward[1]) / (self.mesh.profile().period_um() * self.waves.beta[from])
                 })
             })
@@ -240,10 +256,10 @@ impl<'a> Air<'a> {
 
     /// Ey and Hy on the curve, each as a matrix node × incident wave.
     ///
-    /// `response` eliminates the fluxes, so the unknowns are the fields. `right[0]` holds right-hand sides of the
-    /// equation of Ey, for incident waves in the state Ey; `right[1]` those of the equation of Hy, for incident waves
-    /// in the state Hy. Both are node × wave. Columns of both results are the waves of `right[0]`, then those of
-    /// `right[1]`.
+    /// `response` eliminates the fluxes, so the unknowns are the fields. An incident wave has Ey alone, the state Ey,
+    /// or Hy alone, the state Hy. `right[0]` holds right-hand sides of the equation of Ey, for incident waves in the
+    /// state Ey; `right[1]` those of the equation of Hy, for incident waves in the state Hy. Both are node × wave.
+    /// Columns of both results are the waves of `right[0]`, then those of `right[1]`.
     ///
     /// # Errors
     /// Fields that are not finite.
@@ -263,7 +279,7 @@ impl<'a> Air<'a> {
         Ok([join_columns(&e, &zero(&h)), join_columns(&zero(&e), &h)])
     }
 
-    /// Fluxes of Ey and Hy in the air from the fields, and from their fluxes `below`, in the lower medium.
+    /// Fluxes of Ey and Hy in the air, from the fields on the curve and from the fluxes `below` in the lower medium.
     pub(crate) fn fluxes(&self, continuity: &Continuity, fields: &[Matrix; 2], below: &[Matrix; 2]) -> [Matrix; 2] {
         let flux = |own: usize, sign: f64| {
             let mut flux = &below[own] * continuity.weights[own];
@@ -334,20 +350,20 @@ impl<'a> Air<'a> {
     }
 }
 
-/// Continuity of the tangential fields: ∂νu in the air from the fields on the curve, `∂νEy = weights[0]·W Ey −
-/// coupling·∂sHy` and `∂νHy = weights[1]·W Hy + coupling·∂sEy` (`lib.rs`).
+/// Continuity of the tangential fields (`lib.rs`). It gives ∂νu in the air from the fields on the curve:
+/// `∂νEy = weights[0]·W Ey − coupling·∂sHy` and `∂νHy = weights[1]·W Hy + coupling·∂sEy`.
 pub(crate) struct Continuity {
     /// Factors of the fluxes in the lower medium, of Ey and of Hy: κ²n²/κm² and κ²/κm².
     pub(crate) weights: [Complex64; 2],
-    /// `κ²(ky/k)Δ = (ky/k)(1 − κ²/κm²)`.
+    /// `(ky/k)(1 − κ²/κm²)`; zero where ky = 0.
     coupling: Complex64,
 }
 
 impl Continuity {
-    /// Whether Ey and Hy are solved together. Separately they take a quarter of the time.
+    /// Whether Ey and Hy are solved together. Two separate systems take a quarter of the time.
     ///
-    /// They are if |coupling|² exceeds the rounding of ky²/k² = 1 − κ²/k². At ky = 0 this leaves up to 8ε: some seven
-    /// roundings of κ/k by ε/2, which its square doubles.
+    /// They are solved together if |coupling|² exceeds 8ε, the rounding error of ky²/k² = 1 − κ²/k² at ky = 0: some
+    /// seven roundings of κ/k by ε/2, which the square of κ/k doubles.
     fn is_coupled(&self) -> bool {
         self.coupling.norm_sqr() > 8.0 * f64::EPSILON
     }

@@ -1,4 +1,6 @@
-//! Jones matrices between all propagating orders, and their checks.
+//! Jones matrices between all propagating orders, and the checks of power balance and reciprocity.
+//!
+//! αm and βm are the wave numbers of order m across the grooves (x) and upwards (z).
 
 use crate::waves::Waves;
 use num_complex::Complex64;
@@ -7,7 +9,7 @@ use num_complex::Complex64;
 pub type Jones = [[Complex64; 2]; 2];
 
 /// Amplitudes between all propagating orders of one grating, at one (t, b) and wavelength (symbols: [crate]). t is the
-/// wave number in the xz plane and b that of order 0 along x, both over 2π/period.
+/// wave number in the xz plane, b that of order 0 along x, each divided by 2π/period.
 ///
 /// Light incident *in order n* comes from the mirror direction of order n: its wave number is αn along x and −βn along
 /// z. Polarisation states are Ey and Hy, with y along the grooves; see [`transverse_basis`](crate::transverse_basis).

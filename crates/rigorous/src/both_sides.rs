@@ -1,5 +1,9 @@
-//! All orders on both sides of a lossless dielectric for one direction of light, solved and checked in one call
-//! (symbols: `lib.rs`).
+//! All orders on both sides of a lossless dielectric for one direction of light, solved and checked in one call.
+//!
+//! x is across the grooves, y along them, z up; d is the period. k is the wave number in vacuum, ky that along y. The
+//! squared wave numbers in the xz plane are κ² = k² − ky² in the air and κm² = eta²·k² − ky² in the medium. The Bloch
+//! phase b is in turns: fields change by the factor e^{2πib} from one period to the next. Lengths are in µm, wave
+//! numbers in rad/µm.
 
 use crate::error::positive;
 use crate::orders::{COSINE_MIN, check_length, flipped, on_sufficient_nodes};
@@ -42,7 +46,6 @@ pub struct BothSides {
 /// An index below 1, and the errors of [`solve_orders`](crate::solve_orders), except that light is refused only at the
 /// horizon, not below it.
 pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f64; 3]) -> Result<BothSides, Error> {
-    // Wave number in vacuum, in rad/µm.
     let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
     check_length(wi)?;
     if wi[2].abs() < COSINE_MIN {
@@ -59,14 +62,14 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
     let period = profile.period_um();
     // Order 0 has the wave number 2πb/d = −k·n'·wi.x along x.
     let b = -wi[0] * eta_in * k * period / TAU;
-    // Squared wave number in the xz plane of the incident light's medium: κ² above, κm² below. Computed from x and z,
+    // Squared wave number in the xz plane, in the incident light's medium: κ² above, κm² below. Computed from x and z,
     // it keeps its digits for light along the grooves.
     let incident_squared = (eta_in * k).powi(2) * (wi[0] * wi[0] + wi[2] * wi[2]);
     // κ² = κm² − (eta² − 1)k², negative for some light that is totally reflected.
     let kappa_squared =
         if side == Side::Above { incident_squared } else { incident_squared - (eta * eta - 1.0) * k * k };
-    // The last argument, |ky|/k, exceeds 1 where κ² is negative. The check accepts at most 1, and is stricter for
-    // smaller values.
+    // The last argument, |ky|/k, may exceed 1, where κ² is negative. `check_size` takes at most 1. Smaller values make
+    // the check stricter, so the bound is safe.
     check_size(profile, &medium, wavelength_nm, (wi[1] * eta_in).abs().min(1.0))?;
     let resolution = Resolution::new(profile, &medium, wavelength_nm)?;
     let (forward, nodes, [balance_error, reciprocity_error]) = on_sufficient_nodes(profile, resolution, |mesh| {
@@ -77,8 +80,8 @@ pub fn solve_both_sides(profile: &Profile, eta: f64, wavelength_nm: f64, wi: [f6
         Ok((forward, errors))
     })?;
     let incident = Channel { side, order: 0 };
-    // All orders have ky = −k·eta_in·wi.y of the incident light, so in a medium of index `n` their directions have the
-    // y component ky/(k·n).
+    // All orders have the incident light's ky = −k·eta_in·wi.y, so in a medium of index `n` their directions have the y
+    // component ky/(k·n).
     let orders = |side: Side, n: f64| orders_on(&forward, side, incident, n * k, -wi[1] * eta_in / n);
     let (above, below) = (orders(Side::Above, 1.0), orders(Side::Below, eta));
     Ok(BothSides { above, below, nodes, balance_error, reciprocity_error })
@@ -91,7 +94,7 @@ fn orders_on(scattering: &Scattering, side: Side, incident: Channel, wave_number
     let orders = scattering.orders(side).iter().zip(waves);
     orders
         .map(|(&index, (alpha, beta))| {
-            // `wi` has the opposite sign of y.
+            // `y` is a component of the direction of travel. `wi` points the other way.
             let jones = flipped(scattering.jones(Channel { side, order: index }, incident), -y);
             let z = if side == Side::Above { beta / wave_number } else { -beta / wave_number };
             Order { index, direction: [alpha / wave_number, y, z], jones }

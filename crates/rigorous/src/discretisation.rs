@@ -4,8 +4,9 @@
 //! for each coarse node, because fields in a metal vary within the skin depth 1/Im(kn). `nodes.rs` defines nodes and
 //! their parameter τ.
 //!
-//! κ and κm are the wave numbers in the plane across the grooves, in the air and in the lower medium of index n. With
-//! the period d, t = κd/2π and tm = κm·d/2π (`lib.rs`).
+//! k is the wave number in vacuum. κ and κm are the wave numbers in the plane across the grooves, in the air and in the
+//! lower medium of index n. With the period d, t = κd/2π and tm = κm·d/2π are the numbers of wavelengths 2π/κ and 2π/κm
+//! in one period (`lib.rs`).
 //!
 //! Several constants are set by the power balance: with them,
 //! [`Amplitudes::balance_error`](crate::Amplitudes::balance_error) stays below 1e-3 on the gratings of the tests.
@@ -26,19 +27,20 @@ const NODES_MIN: usize = WIDTH;
 pub(crate) const NODES_MAX: usize = 2048;
 /// Fewest nodes that [`Resolution::new`] chooses. Fewer leave a larger error of the power balance.
 const NODES_CHOSEN_MIN: usize = 64;
-/// Fewest nodes for each Fourier harmonic of a smooth profile, its mean included: the fields have higher harmonics than
-/// the relief. Fewer nodes resolve fewer of them.
+/// Fewest nodes for each Fourier harmonic of a smooth profile, its mean included. The fields have higher harmonics than
+/// the relief; fewer nodes resolve fewer of them, more take more time.
 const NODES_PER_HARMONIC: usize = 8;
-/// Fewest nodes for each edge, on average over the edges: twice the smallest number on one edge.
+/// Fewest nodes for each edge, on average over the edges: twice the smallest number on one edge, so that long edges get
+/// more than this number.
 pub(crate) const NODES_PER_EDGE: usize = 2 * EDGE_NODES_MIN;
-/// Nodes for each wavelength along a smooth curve, for the shorter wavelength 2π/k or 2π/(k·Re n) of the two media.
-/// Fewer leave a larger error of the power balance.
+/// Nodes for each wavelength along a smooth curve, for the shorter wavelength 2π/k or 2π/(k·Re n) of the two media. k
+/// is the wave number in vacuum. Fewer nodes leave a larger error of the power balance.
 const NODES_PER_WAVE_SMOOTH: f64 = 9.0;
-/// Nodes for each wavelength along a curve with corners. It is larger than for smooth curves, because grading towards
-/// the corners widens steps in the middle of an edge.
+/// Nodes for each wavelength along a curve with corners: more than along smooth curves, because grading towards the
+/// corners widens steps in the middle of an edge.
 const NODES_PER_WAVE_EDGES: f64 = 13.0;
-/// Fewest nodes on one period for each wavelength 2π/κ or 2π/κm, whichever is the argument of
-/// [`Discretisation::check_resolved`]. The sampling theorem requires two.
+/// Fewest nodes on one period for each wavelength 2π/κ or 2π/κm across the grooves. The sampling theorem requires two;
+/// the third is a margin. Larger values refuse problems that could be solved.
 const NODES_PER_WAVE_MIN: f64 = 3.0;
 /// Smallest oversampling above an absorbing medium or for a profile with corners: the smallest odd number above 1.
 const OVERSAMPLING_MIN: usize = 3;
@@ -51,7 +53,8 @@ const STEP_SKIN_DEPTHS_MAX: f64 = 0.9;
 /// Number of nodes on one period of the curve, for the air and for the lower medium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolution {
-    /// Coarse nodes on one period, 17 to 2048. Edges change the number: it is rounded on each, to at least 8.
+    /// Coarse nodes on one period, 17 to 2048. On a profile with corners each edge gets a part of them, rounded to a
+    /// whole number of at least 8, so the sum may differ.
     pub nodes: usize,
     /// Fine nodes for each coarse node, for the integrals of the lower medium: odd, 1 to 15.
     pub oversampling: usize,
@@ -105,8 +108,9 @@ impl Resolution {
     }
 }
 
-/// Estimate of the longest step along the curve between coarse nodes, in µm: the mean step for a smooth profile, twice
-/// the largest mean step over the chord of an edge. `counts` are the nodes of each edge (`distribute_nodes`).
+/// Estimate of the longest step along the curve between coarse nodes, in µm. For a smooth profile it is the mean step.
+/// For edges it is twice the largest mean step on an edge, whose length is approximated by the distance of its ends.
+/// `counts` are the nodes of each edge (`distribute_nodes`).
 fn widest_step(profile: &Profile, counts: &[usize]) -> f64 {
     match &profile.shape {
         Shape::Smooth(_) => profile.arc_um() / counts[0] as f64,
@@ -209,8 +213,8 @@ impl Discretisation {
         Air::at_kappa_squared(self, kappa_squared, finite("b", b)?)
     }
 
-    /// Refuses a period of `waves` wavelengths 2π/κ or 2π/κm, not above 0 or too many for the nodes. Only the medium
-    /// whose t or tm is given is checked. `quantity` names the number in the error.
+    /// Refuses a number `waves` of wavelengths in one period, t or tm, that is not above 0 or too large for the nodes.
+    /// `quantity` names the number in the error.
     ///
     /// # Errors
     /// [`Error::OutOfRange`].
@@ -221,8 +225,8 @@ impl Discretisation {
         Ok(())
     }
 
-    /// Matrix D of the derivative with respect to the nodes' parameter τ, of period 2π, for functions with Bloch phase
-    /// `bloch` (turns).
+    /// Matrix D of the derivative with respect to the nodes' parameter τ, of period 2π, for a function u with the Bloch
+    /// phase `bloch` (turns): u changes by the factor e^{2πi·bloch} from one period to the next.
     ///
     /// With α = 2π·bloch/d, `v = u·e^{−iαx}` is periodic and `du/dτ = e^{iαx}·(dv/dτ + iα·dx/dτ·v)`. The matrix of
     /// dv/dτ differentiates the trigonometric interpolation of v: `½(−1)^{i−j}·cot(π(i − j)/n)`, zero on the diagonal.

@@ -3,7 +3,9 @@
 //!
 //! | symbol | meaning |
 //! | --- | --- |
-//! | K | tangential wave vector (Kx, Ky) over k; equal on both sides |
+//! | x, y, z | across the grooves of the film's relief, along them, and up |
+//! | k | wave number in vacuum |
+//! | K | tangential wave vector (Kx, Ky) over k; equal on both sides; K² = Kx² + Ky² |
 //! | c1, cn | normal components of the wave vector over k in the air and in the medium, positive |
 //! | n, ε | index of the medium, and n² |
 //! | d | unit vector along which the wave travels |
@@ -11,7 +13,7 @@
 //! | ts, tp | amplitudes across and in the plane of incidence, 2√(c1·cn)/Ds and 2n√(c1·cn)/Dp; \|t\|² is a power |
 //!
 //! Jones matrices are between the states without Hy and without Ey (`orders.rs`). The unit vectors a, in the air, and
-//! b, in the medium, are light polarised across the plane of incidence, in components of these states. U is the
+//! b, in the medium, are the light polarised across the plane of incidence, in components of these states. U is the
 //! rotation that maps b to a. The Jones matrix is `tp·U + (ts − tp)·a bᵀ`: it multiplies the part of the light along b
 //! by ts and the part orthogonal to b by tp, and turns both from the medium's basis to that of the air.
 //!

@@ -1,9 +1,10 @@
-//! Lagrange interpolation from coarse to fine nodes, for functions with a Bloch phase b (in turns).
+//! Lagrange interpolation from coarse to fine nodes, for functions with a Bloch phase b in turns: they change by the
+//! factor e^{2πib} from one period to the next.
 //!
 //! Interpolation is local, by polynomials of degree 16 in the curve's parameter τ (`nodes.rs`), in which nodes have
 //! equal steps. The response of a metal then couples near nodes only, as [`MetalTable`](crate::MetalTable) requires;
-//! trigonometric functions of the whole period would couple all. A value at a node beyond either end of the period is
-//! the value one period away, times the Bloch factor e^{±2πib}.
+//! trigonometric functions of the whole period would couple all nodes. A value at a node beyond either end of the
+//! period is the value one period away, times the Bloch factor e^{±2πib}.
 
 use crate::linear::{Matrix, zeros};
 use num_complex::Complex64;

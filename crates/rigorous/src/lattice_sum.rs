@@ -1,4 +1,4 @@
-//! Quasi-periodic Green's function without its nearest source: the lattice sum.
+//! Lattice sum F: the quasi-periodic Green's function, the field of line sources one period apart, without one source.
 //!
 //! `F(x, z) = Σ_{p≠0} e^{2πibp} (i/4) H₀⁽¹⁾(k·|(x − pd, z)|)`
 //!
@@ -8,9 +8,10 @@
 //! | symbol | meaning |
 //! | --- | --- |
 //! | x, z | vector from the source p = 0 to the field point, in µm |
-//! | d, b | period in µm, Bloch phase in turns |
+//! | d | period in µm |
+//! | b | Bloch phase in turns: each source has e^{2πib} times the amplitude of the one before |
 //! | h | height of the relief in µm, the half height of the box |
-//! | k | wave number in the medium, in rad/µm; complex where the medium absorbs |
+//! | k | wave number in the medium across the grooves, in rad/µm; complex where the medium absorbs |
 //! | E | wave number at which Ewald's method splits the sum (`split`), in rad/µm |
 //! | α, γ | of order n: wave number 2π(b + n)/d along x, and decay rate √(α² − k²) along \|z\| |
 //! | R_p | distance from source p to the field point |
@@ -61,7 +62,7 @@ pub(crate) struct LatticeSum {
     /// Number of polynomials T_2m(z/half_z), m from 0 on; F is even in z.
     terms_z: usize,
     /// Row n, column `part · terms_z + m`: coefficient of T_n(x/half_x)·T_2m(z/half_z). The parts 0 to 3 are Re F, Im
-    /// F, Re ∂F/∂x and Im ∂F/∂x. All arrays of this file are in column-major order (`.f()`), since columns are summed.
+    /// F, Re ∂F/∂x and Im ∂F/∂x. Arrays of this file are in column-major order (`.f()`), since whole columns are added.
     coefficients: Array2<f64>,
 }
 
@@ -72,7 +73,7 @@ impl LatticeSum {
     /// Computes the polynomials for the period d (µm), wave number k (rad/µm), Bloch phase b (turns) and height h of
     /// the relief (µm).
     ///
-    /// `near` tabulates the Hankel functions H₀⁽¹⁾(kr) and H₁⁽¹⁾(kr) for distances r up to the corners of the box.
+    /// `radial` tabulates the Hankel functions H₀⁽¹⁾(kr) and H₁⁽¹⁾(kr) for distances r up to the corners of the box.
     ///
     /// # Errors
     /// [`Error::NotFinite`] for sums that are not finite, or that [`TERMS_MAX`] terms along an axis do not resolve.
@@ -81,19 +82,20 @@ impl LatticeSum {
         wave_number: Complex64,
         bloch: f64,
         height: f64,
-        near: &Radial,
+        radial: &Radial,
     ) -> Result<Self, Error> {
         let (half_x, half_z) = (0.5 * period, height.max(HALF_HEIGHT_MIN * period));
         let ewald = Ewald::new(period, wave_number, bloch);
         // Numbers of Chebyshev nodes along each axis; both grow until the last coefficients are small. Along x the
-        // nearest source is one period from the middle. Along z, at x = d/2, the phase of its field is k√(z² + d²/4),
-        // which changes fastest at z = h. The field is singular at z = ±id/2. The number along z is even, so that no
-        // node has z = 0, where source p = 0 may be singular.
+        // nearest singularity is the source at ±d, two half axes from the middle: cosh θ = 2. Along z, at x = d/2, the
+        // field of the source at d has the phase k√(z² + d²/4), which changes fastest at z = h. It is singular at
+        // z = ±id/2: sinh θ = d/2h. The number along z is even, so that no node has z = 0, where source p = 0 may be
+        // singular.
         let phases = [half_x, half_z * half_z / half_z.hypot(half_x)].map(|length| wave_number.norm() * length);
         let mut nodes_x = nodes_needed(phases[0], 2_f64.acosh());
         let mut nodes_z = nodes_needed(phases[1], (half_x / half_z).asinh()).next_multiple_of(2);
         loop {
-            let values = ewald.on_grid(half_x, half_z, nodes_x, nodes_z, near);
+            let values = ewald.on_grid(half_x, half_z, nodes_x, nodes_z, radial);
             if values.iter().flatten().any(|value| !value.is_finite()) {
                 return Err(Error::NotFinite { what: "the sum over the periods" });
             }
@@ -102,7 +104,7 @@ impl LatticeSum {
             if tail_x <= TAIL_MAX && tail_z <= TAIL_MAX {
                 return Ok(Self::from_series(half_x, half_z, &series));
             }
-            // A quarter more nodes along an axis that is not resolved.
+            // A quarter more nodes along each axis that is not resolved.
             let grown = |nodes: usize, tail: f64| {
                 if tail > TAIL_MAX { (nodes + nodes.div_ceil(4)).min(TERMS_MAX) } else { nodes }
             };
@@ -171,10 +173,11 @@ impl LatticeSum {
 
 /// Number of Chebyshev nodes along an axis of the box with which the last two coefficients are about [`TAIL_MAX`].
 ///
-/// `phase` bounds the change of F's phase over half the axis, in radians. Lengths are in half axes. On the Bernstein
-/// ellipse with the semi-axes cosh θ and sinh θ, F is at most e^{phase·sinh θ}, so coefficient n is at most
-/// e^{phase·sinh θ − nθ}. θ is at most `singular`, that of the ellipse through the nearest singularity. The θ with the
-/// fewest nodes satisfies `phase·(θ cosh θ − sinh θ) = −ln TAIL_MAX`, whose left side is about phase·θ³/3.
+/// `phase` bounds the change of F's phase over half the axis, in radians. Lengths are in half axes. The bound comes
+/// from Bernstein ellipses, which have the foci ±1 in the complex plane. On the ellipse with the semi-axes cosh θ and
+/// sinh θ, F is at most e^{phase·sinh θ}, so coefficient n is at most e^{phase·sinh θ − nθ}. θ is at most `singular`,
+/// that of the ellipse through the nearest singularity. The θ with the fewest nodes satisfies
+/// `phase·(θ cosh θ − sinh θ) = −ln TAIL_MAX`, whose left side is about phase·θ³/3.
 fn nodes_needed(phase: f64, singular: f64) -> usize {
     let exponent = -TAIL_MAX.ln();
     let theta = (3.0 * exponent / phase).cbrt().min(singular);
@@ -206,8 +209,8 @@ fn polynomials(points: &[f64], half: f64, count: usize) -> Array2<f64> {
     // T_n(x) = 2x·T_{n−1}(x) − T_{n−2}(x).
     let doubled: Vec<f64> = points.iter().map(|p| 2.0 * p / half).collect();
     for n in 2..count {
-        let (before, mut from) = columns.view_mut().split_at(Axis(1), n);
-        Zip::from(from.column_mut(0))
+        let (before, mut rest) = columns.view_mut().split_at(Axis(1), n);
+        Zip::from(rest.column_mut(0))
             .and(&doubled)
             .and(before.column(n - 2))
             .and(before.column(n - 1))
@@ -287,8 +290,16 @@ impl Ewald {
     /// F at the Chebyshev nodes of the box, `[ix][iz]`: at `nodes_x` nodes along x, and at the positive half of
     /// `nodes_z` nodes along z.
     ///
-    /// F is the sum over orders, plus the sum over periods, minus the source p = 0, whose Hankel functions `near` has.
-    fn on_grid(&self, half_x: f64, half_z: f64, nodes_x: usize, nodes_z: usize, near: &Radial) -> Vec<Vec<Complex64>> {
+    /// F is the sum over orders, plus the sum over periods, minus the source p = 0. `radial` has the Hankel functions
+    /// of this source.
+    fn on_grid(
+        &self,
+        half_x: f64,
+        half_z: f64,
+        nodes_x: usize,
+        nodes_z: usize,
+        radial: &Radial,
+    ) -> Vec<Vec<Complex64>> {
         let xs: Vec<f64> = chebyshev_nodes(nodes_x).iter().map(|x| x * half_x).collect();
         // Nodes are in descending order.
         let zs: Vec<f64> = chebyshev_nodes(nodes_z)[..nodes_z / 2].iter().map(|z| z * half_z).collect();
@@ -303,7 +314,7 @@ impl Ewald {
                     .map(|(iz, &z)| {
                         let over_orders: Complex64 =
                             phases.iter().zip(&order_terms).map(|(phase, terms)| phase * terms[iz]).sum();
-                        let [h0, _] = near.hankel(x.hypot(z));
+                        let [h0, _] = radial.hankel(x.hypot(z));
                         over_orders + self.sum_over_periods(x, z) - Complex64::new(0.0, 0.25) * h0
                     })
                     .collect()
@@ -355,8 +366,8 @@ impl Ewald {
 
 /// γ = √(α² − k²) of an order: with a positive real part, or −iβ (β > 0) for an order that propagates undamped.
 ///
-/// At the cut-off of the order, γ = 0, the sum has a pole. The rounding of γ² is about ε|k|². Where |γ|² is below it,
-/// the result is γ of a propagating order with |γ|² equal to this bound.
+/// At the cut-off of the order, γ = 0, the sum has a pole. The rounding error of γ² is about ε|k|². Where |γ|² is
+/// smaller, the result is γ of a propagating order with |γ|² = ε|k|².
 fn decay(alpha: f64, wave_number: Complex64) -> Complex64 {
     let square = alpha * alpha - wave_number * wave_number;
     let root = square.sqrt();
@@ -374,8 +385,8 @@ mod tests {
 
     fn lattice_sum(period: f64, k: Complex64, bloch: f64, height: f64) -> LatticeSum {
         // Hankel functions from 1e-6 µm to beyond the corners of the box. The Bessel functions are not used.
-        let near = Radial::new(k, 1e-6, 2.0 * (period + height), 0.1).unwrap();
-        LatticeSum::new(period, k, bloch, height, &near).unwrap()
+        let radial = Radial::new(k, 1e-6, 2.0 * (period + height), 0.1).unwrap();
+        LatticeSum::new(period, k, bloch, height, &radial).unwrap()
     }
 
     /// The reference: in a medium with loss the sum over periods converges directly.
@@ -428,8 +439,8 @@ mod tests {
             // The period is 1; `waves` and `height_waves` are the period and the height in wavelengths.
             let k = Complex64::new(TAU * waves, 0.0);
             let height = height_waves / waves;
-            let near = Radial::new(k, 1e-6, 1.01 * 0.5_f64.hypot(height.max(1e-3)), 0.1).unwrap();
-            LatticeSum::new(1.0, k, bloch, height, &near).map(|_| ())
+            let radial = Radial::new(k, 1e-6, 1.01 * 0.5_f64.hypot(height.max(1e-3)), 0.1).unwrap();
+            LatticeSum::new(1.0, k, bloch, height, &radial).map(|_| ())
         };
         for bloch in [0.0, 0.13, 0.5] {
             // A table over directions extends one wavelength further.

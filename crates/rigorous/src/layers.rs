@@ -1,4 +1,7 @@
-//! Single and double layer potential, S and K, of one medium on the curve, as matrices (Nyström's method).
+//! Single and double layer potential, S and K, of one medium on the curve, the relief's cross-section.
+//!
+//! By Nyström's method they are matrices: element (i, j) is the kernel of the integral from node j to node i, times a
+//! quadrature weight.
 //!
 //! For nodes r, r' on one period of the curve, with G = (i/4)H₀⁽¹⁾(k|r − r'|) and ν' the upward unit normal at r':
 //!
@@ -12,9 +15,10 @@
 //! before the next image is near. The kernels of other images are smooth: either they decay within a few periods and
 //! are summed one by one, or all are summed by `lattice_sum.rs`.
 //!
-//! In this file, k is the wave number of the medium in rad/µm, and `decay` is Im k in 1/µm. The Bloch phase b (`bloch`)
-//! is in turns, the period d in µm. Nodes have equal steps of τ (`step`), and `speed` is |dr/dτ|. A separation is the
-//! vector from the nearest image of a source node to a target node.
+//! In this file, k is the wave number of the medium across the grooves in rad/µm, and `decay` is Im k in 1/µm. The
+//! Bloch phase b (`bloch`) is in turns: a field changes by the factor e^{2πib} from one period to the next. The period
+//! d is in µm. Nodes have equal steps of τ (`step`), and `speed` is |dr/dτ|. A separation is the vector from the
+//! nearest image of a source node to a target node.
 
 use crate::Error;
 use crate::lattice_sum::{DISTANCE_MIN, HALF_HEIGHT_MIN, LatticeSum};
@@ -31,7 +35,7 @@ const IMAGES_MAX: f64 = 4.0;
 /// Distances in periods between which the window of the logarithm's weights falls from 1 to 0. The second is below ½,
 /// where the next image is equally near. A narrower transition needs more nodes to be integrated.
 const WINDOW: [f64; 2] = [0.3, 0.48];
-/// Upper bounds on the two distances r of the window, as Im k·r. The weights multiply Bessel functions, which grow as
+/// Upper bounds on the two distances r of [`WINDOW`], as Im k·r. The weights multiply Bessel functions, which grow as
 /// e^{Im k·r} and would magnify rounding at larger distances.
 const WINDOW_DECAYED: [f64; 2] = [2.5, 7.0];
 
@@ -83,8 +87,9 @@ pub(crate) fn layer_matrices(
         Images::Near(count) => count,
         Images::All => 0,
     };
-    // The nearest image is at most half a period away along x. Rounding may exceed the tables' ends (`Radial::hankel`).
-    // `DISTANCE_MIN` and `HALF_HEIGHT_MIN` are the bounds of the lattice sum's points.
+    // Range of distances for the tables of Hankel functions; `Radial::hankel` serves distances that rounding puts just
+    // outside. The nearest image is at most half a period away along x. `DISTANCE_MIN` and `HALF_HEIGHT_MIN` bound the
+    // points at which the lattice sum is computed.
     let reach = (f64::from(image_count) + 0.5) * d;
     let least = (0.5 * nodes.spacing_min()).min(DISTANCE_MIN * d);
     let most = reach.hypot(height.max(HALF_HEIGHT_MIN * d));
@@ -155,8 +160,8 @@ impl Assembly<'_> {
             into.single[(row, source)] = (nearest[0] + others[0]) * phase;
             into.double[(row, source)] = (nearest[1] + others[1]) * phase;
         }
-        // Near a corner, the quadrature does not resolve the kernel of K on the neighbouring edge. The correction makes
-        // the integral of its static part (k → 0) over that edge exact for a constant field.
+        // Near a corner, the quadrature does not resolve the kernel of K on the edge across the corner. The correction
+        // makes the integral of the kernel's static part (k → 0) over that edge exact for a constant field.
         into.double[(row, target)] += self.nodes.corner_defect(target);
     }
 
@@ -167,10 +172,10 @@ impl Assembly<'_> {
 
     /// Elements of S and K from the source's nearest image to another node, without the image's Bloch phase.
     ///
-    /// They are the trapezium rule for the whole kernel, plus (Kress' weights − trapezium rule) for its logarithmic
-    /// part. This part is `−ln(4 sin²((τ − τ')/2))/4π` times J₀(kr) in S, and times k²·J₁(kr)/(kr)·(ν'·s) in K, with
-    /// the vector s of length r from source to target. The kernel of K is `∂ν'G = (i/4)k·H₁⁽¹⁾(kr)·(ν'·s)/r`, since
-    /// H₀' = −H₁ and ∂ν'r = −(ν'·s)/r.
+    /// They are the trapezium rule for the whole kernel, plus the difference between Kress' weights and the trapezium
+    /// rule (`log_weights`) for its logarithmic part. With the vector s of length r from source to target, this part is
+    /// `−ln(4 sin²((τ − τ')/2))/4π` times J₀(kr) in S, and times k²·J₁(kr)/(kr)·(ν'·s) in K. The kernel of K is
+    /// `∂ν'G = (i/4)k·H₁⁽¹⁾(kr)·(ν'·s)/r`, since H₀' = −H₁ and ∂ν'r = −(ν'·s)/r.
     fn nearest_image(&self, target: usize, source: usize, separation: &Separation) -> [Complex64; 2] {
         let r = (separation.x * separation.x + separation.z * separation.z).sqrt();
         if r * self.wave_number.im > DECAYED {
@@ -191,8 +196,8 @@ impl Assembly<'_> {
         [single, double]
     }
 
-    /// Diagonal elements of S and K from a node to itself: the trapezium rule for the limits of the kernels without
-    /// their logarithm, and the logarithm's weight.
+    /// Diagonal elements of S and K, from a node to itself: the trapezium rule for the limits of the kernels without
+    /// their logarithm, plus Kress' weight for the logarithm in S.
     ///
     /// The limits are `i/4 − (ln(k·speed/2) + γ)/2π` in S, with Euler's constant γ, and `curvature·speed/4π` in K.
     fn self_term(&self, node: usize) -> [Complex64; 2] {

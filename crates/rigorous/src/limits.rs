@@ -2,8 +2,9 @@
 //!
 //! The periodic Green's function, a sum over the images of a source in all periods, is interpolated by polynomials of
 //! at most 400 terms across the grooves (x) and in height (z) (`TERMS_MAX` of [`lattice_sum`](crate::lattice_sum)).
-//! This limits the period and the height of the relief, in wavelengths across the grooves in each medium. The profile's
-//! curve has at most [`NODES_MAX`] nodes.
+//! This limits the period and the height of the relief in each medium. Both are measured in wavelengths across the
+//! grooves, 2π/|κ|, with the wave number κ = √(k²ε − ky²): k is that in vacuum, ky that along the grooves, and ε the
+//! medium's permittivity. The profile's curve has at most [`NODES_MAX`] nodes.
 
 use crate::discretisation::NODES_MAX;
 use crate::error::positive;
@@ -30,8 +31,8 @@ pub(crate) const HEIGHT_WAVES_MAX: f64 = 62.0;
 /// Checks that a profile on a medium, below air, can be solved at a wavelength (nm), and returns the estimated cost.
 /// Nothing is solved.
 ///
-/// `along` is |ky|/k, 0 to 1, which is not checked: for light in air, the magnitude of the direction's component along
-/// the grooves. 0 covers every direction.
+/// `along` is |ky|/k, 0 to 1, which is not checked. For light in air it is the magnitude of the direction's component
+/// along the grooves. 0, the strictest value, covers every direction.
 ///
 /// ```
 /// use sunbeam_rigorous::{Medium, Profile, check_size};
@@ -43,8 +44,8 @@ pub(crate) const HEIGHT_WAVES_MAX: f64 = 62.0;
 /// ```
 ///
 /// # Errors
-/// Those of a wavelength that is not finite and positive; [`Error::TooManyWaves`] for a relief above the limits, and
-/// [`Error::TooLarge`] for more than [`NODES_MAX`] nodes.
+/// [`Error::OutOfRange`] for a wavelength that is not finite and positive, [`Error::TooManyWaves`] for a relief above
+/// the limits, and [`Error::TooLarge`] for more than [`NODES_MAX`] nodes.
 pub fn check_size(profile: &Profile, medium: &Medium, wavelength_nm: f64, along: f64) -> Result<Estimate, Error> {
     // Wave number in air, in rad/µm.
     let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;

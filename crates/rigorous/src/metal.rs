@@ -1,13 +1,19 @@
 //! Response of the lower medium: W, the matrix from a field u on the curve to its normal derivative ∂νu.
 //!
-//! W = S⁻¹(½ + K) depends on the squared wave number κm² = k²n² − ky² and on the Bloch phase b (symbols: `lib.rs`). The
-//! unknown fields belong to *coarse* nodes. S and K are integrals over *fine* nodes, an odd number for each coarse one,
-//! since fields in a metal vary within the skin depth 1/Im κm.
+//! W = S⁻¹(½ + K), with the single and double layer potential S and K (`layers.rs`). It depends on two numbers:
+//!
+//! - κm² = k²n² − ky², the squared wave number in the medium across the grooves, with the wave number k in vacuum, the
+//!   medium's index n, and the wave number ky along the grooves;
+//! - the Bloch phase b in turns: a field changes by the factor e^{2πib} from one period d to the next.
+//!
+//! The unknown fields belong to *coarse* nodes, points of the curve. S and K are integrals over *fine* nodes, an odd
+//! number for each coarse one, since fields in a metal vary within the skin depth 1/Im κm.
 //!
 //! [`MetalTable`] tabulates W of one metal: polynomial interpolation between Chebyshev nodes of ky², and a Fourier
 //! series over b,
 //!
-//! `W(b) = Σ_p W_p e^{2πibp}`, with W_p the coupling of a target to image p of a source.
+//! `W(b) = Σ_p W_p e^{2πibp}`, with W_p the coupling of a target node to image p of a source node, the source moved by
+//! p periods.
 //!
 //! The series is short because a field in the metal reaches few periods: W_p is damped by e^{−Im κm·|p|d}. Only the N
 //! images nearest to the target are kept, N being odd. W is tabulated at the N phases l/N, l from 0 to N − 1. A Fourier
@@ -24,7 +30,7 @@ use crate::{Error, Medium};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Relative error of W by interpolation. Efficiencies are then off by about a hundredth of it. A smaller tolerance
+/// Relative error of W by interpolation. Efficiencies are off by about a hundredth of this error. A smaller tolerance
 /// needs more Bloch phases and more nodes of ky².
 const TOLERANCE: f64 = 1e-4;
 
@@ -42,7 +48,8 @@ const KY_NODES_MAX: f64 = 11.0;
 /// W between coarse nodes, target × source; each row is multiplied by the target's speed |dr/dτ| (`nodes.rs`).
 /// Arguments are κm² in (rad/µm)² and the Bloch phase in turns.
 ///
-/// S and K map fine nodes to coarse ones. Their product with the interpolation maps coarse nodes to coarse ones.
+/// S and K have a row for each coarse node and a column for each fine one. Their product with the interpolation from
+/// coarse to fine nodes has a column for each coarse node.
 ///
 /// # Errors
 /// Special functions that overflow, and solutions that are not finite.
@@ -57,8 +64,8 @@ pub(crate) fn response(mesh: &Discretisation, kappa_m_squared: Complex64, bloch:
 
 /// W of one metal at one wavelength, interpolated for every direction.
 ///
-/// A solution without this table assembles S and K on the fine nodes for every direction. W is analytic in ky², and it
-/// couples only points within some skin depths. A few values of ky² and of the Bloch phase therefore give it for all
+/// A solution without this table assembles S and K on the fine nodes for every direction. W is analytic in ky²
+/// and couples only points within some skin depths. A few values of ky² and of the Bloch phase therefore give W for all
 /// directions.
 ///
 /// ```
@@ -103,8 +110,9 @@ impl<'a> MetalTable<'a> {
         let kappa_m_squared = |ky_squared: f64| index * index * wave_number * wave_number - ky_squared;
         let [low, high] = KY_SQUARED_RANGE.map(|ratio| ratio * wave_number * wave_number);
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-        // Interpolation at n nodes converges as ρ^−n, with ρ the sum of semi-axes of the Bernstein ellipse through the
-        // singularity of W at κm² = 0, so ρ^−n = TOLERANCE gives n. The range of ky² is mapped to [−1, 1].
+        // Interpolation at n nodes converges as ρ^−n, so ρ^−n = TOLERANCE gives n. The range of ky² is mapped to
+        // [−1, 1]. ρ is the sum of the semi-axes of the ellipse with foci ±1 (Bernstein's) through the singularity of
+        // W at κm² = 0.
         let singularity = kappa_m_squared(middle) / half;
         let rho_or_reciprocal = (singularity + (singularity * singularity - 1.0).sqrt()).norm();
         // The two signs of the square root give ρ and 1/ρ.
@@ -152,8 +160,8 @@ impl<'a> MetalTable<'a> {
         let n = self.mesh.nodes();
         let ky_weights: Vec<f64> =
             (0..self.ky_squared.len()).map(|i| lagrange(&self.ky_squared, i, ky_squared)).collect();
-        // `[phase][periods + 1]`. The image nearest to the target is the source moved by −1, 0 or 1 periods. The number
-        // differs between pairs of nodes, and so do the N images that are kept.
+        // `[phase][periods + 1]`. The image nearest to the target is the source moved by −1, 0 or 1 periods. This
+        // number of periods differs between pairs of nodes, and so do the N images that are kept.
         let phase_weights: Vec<[Complex64; 3]> =
             (0..self.phases).map(|l| [-1, 0, 1].map(|periods| self.phase_weight(l, periods, bloch))).collect();
         let image_indices = self.image_indices();

@@ -1,10 +1,13 @@
-//! Nodes on one period of the curve: positions, derivatives, distances and quadrature weights of Nyström's method.
+//! Nodes on one period of the curve, the relief's cross-section: positions, derivatives, distances and quadrature
+//! weights.
 //!
-//! The curve r(τ), the relief's cross-section, has a parameter τ in [0, 2π), with nodes at `τ_i = 2π(i + ½)/n`. *Speed*
-//! is |dr/dτ|, so that the arc element is `speed·dτ` and the trapezium rule has weights `speed·2π/n`. Positions are
-//! (x, z) in µm; the normal ν points into the air above. The Green's function is singular as ln|τ − τ'|, which the
-//! trapezium rule does not integrate. For the logarithmic part of a kernel (`layers.rs`), Kress' weights
-//! (`log_weights`) replace those of the trapezium rule.
+//! The curve r(τ) has a parameter τ in [0, 2π), with nodes at `τ_i = 2π(i + ½)/n`. *Speed* is |dr/dτ|, so that the
+//! arc element is `speed·dτ` and the trapezium rule has weights `speed·2π/n`. Positions are (x, z) in µm, across the
+//! grooves and upwards; the normal ν points into the air above.
+//!
+//! Integrals over the curve become sums over the nodes (Nyström's method). Their kernels, from a *source* node to a
+//! *target* node, are singular as ln|τ − τ'|, which the trapezium rule does not integrate. For the logarithmic part
+//! of a kernel (`layers.rs`), Kress' weights (`log_weights`) replace those of the trapezium rule.
 //!
 //! The relief repeats with the period. The *nearest image* of a source node is its copy, moved by −1, 0 or 1 periods,
 //! that lies nearest to the target node.
@@ -17,15 +20,16 @@ use crate::profile::{Edge, Profile, Shape, smooth_height};
 use std::f64::consts::{PI, TAU};
 
 /// Exponent of the grading towards corners: near a corner, the distance of the i-th of n nodes varies as (i/n)^5. An
-/// exponent of 3 leaves several times the error.
+/// exponent of 3 leaves several times the error; larger ones move more nodes towards the corners.
 const GRADING: f64 = 5.0;
 
-/// Fewest nodes on an edge: four on either half, which are graded towards its corner. Larger numbers give short walls
-/// more nodes than they need.
+/// Fewest nodes on an edge: four on either half, graded towards the corner at its end. Larger numbers give short walls
+/// more nodes than they need; smaller ones hardly grade.
 pub(crate) const EDGE_NODES_MIN: usize = 8;
 
 /// Fraction of the nodes that is distributed equally over the edges; the rest is distributed by length. A short wall
-/// also needs nodes for the singularities at its corners. Larger fractions take nodes from long edges.
+/// needs more nodes than its length suggests, for the singularities at its corners. Larger fractions take nodes from
+/// long edges; smaller ones from short edges.
 const EQUAL_FRACTION: f64 = 0.4;
 
 /// Position of a node relative to the two corners of its edge.
@@ -33,7 +37,7 @@ const EQUAL_FRACTION: f64 = 0.4;
 struct OnEdge {
     /// Index of the edge, in order along the curve.
     edge: usize,
-    /// Whether the edge is a straight line.
+    /// Whether this edge is a straight line.
     straight: bool,
     /// (x, z) of the node minus (x, z) of a corner, in µm: for the first corner of the edge, then for its last.
     offsets: [[f64; 2]; 2],
@@ -195,8 +199,8 @@ impl Nodes {
 
     /// Vector from the nearest image of node `source` to node `target`.
     ///
-    /// It is computed from positions. Where both nodes are nearest to the same corner, it is computed from their
-    /// offsets to this corner.
+    /// The vector is a difference of positions. Where both nodes are nearest to the same corner, it is the difference
+    /// of their offsets to this corner.
     pub(crate) fn separation(&self, target: usize, source: usize) -> Separation {
         let (mut x, mut z) = (self.x[target] - self.x[source], self.z[target] - self.z[source]);
         let half_period = 0.5 * self.period;
@@ -206,8 +210,9 @@ impl Nodes {
         if let (Some(on_target), Some(on_source)) = (self.on_edge.get(target), self.on_edge.get(source)) {
             let [a, b] = [on_target, on_source].map(|on| on.nearer_corner(self.edge_count));
             let [dx, dz] = [0, 1].map(|j| a.offset[j] - b.offset[j]);
-            // Offsets from a common corner keep the digits that positions lose. The source is moved by the periods
-            // between its own image of the corner and the target's. Beyond half a period another image is nearer.
+            // Offsets from a common corner keep the digits that positions lose. The source moves by the periods between
+            // the corner beside it and the same corner beside the target. If both nodes are more than half a period
+            // apart along x, another image is nearer.
             if a.index == b.index && dx.abs() < half_period {
                 (x, z, periods) = (dx, dz, a.period - b.period);
             }
@@ -218,8 +223,8 @@ impl Nodes {
         Separation { x, z, periods, along_normal }
     }
 
-    /// Correction of the diagonal of K at a node `target`, for the edge across its nearer corner; 0 for a smooth
-    /// profile. K is the double layer potential (`layers.rs`).
+    /// Correction of the diagonal of K, the double layer potential (`layers.rs`), at a node `target`. It concerns the
+    /// edge across the node's nearer corner, and is 0 for a smooth profile.
     ///
     /// At short distances the kernel of K from r' to r is `ν'·(r − r')/(2π|r − r'|²)`, with the normal ν' at r'. For a
     /// target r next to a corner, the kernel on the neighbouring edge varies over the target's distance from the
@@ -228,12 +233,11 @@ impl Nodes {
     /// is this angle minus the quadrature.
     pub(crate) fn corner_defect(&self, target: usize) -> f64 {
         let Some(own) = self.on_edge.get(target) else { return 0.0 };
-        // The neighbouring edge follows the target's edge if the corner is the end of the target's edge, else precedes
-        // it.
+        // If the corner is the end of the target's edge, the neighbouring edge is the next one, else the previous one.
         let is_after = own.nearer == 1;
         let steps = if is_after { 1 } else { self.edge_count - 1 };
         let neighbour = (own.edge + steps) % self.edge_count;
-        // Index of the corner in `offsets` of the neighbouring edge.
+        // Index of the corner in `offsets` of the neighbouring edge: 0 for its start, 1 for its end.
         let corner = usize::from(!is_after);
         // All vectors below have their origin at the corner.
         let node = own.offsets[own.nearer];

@@ -1,4 +1,9 @@
-//! All orders for one direction of light, solved and checked in one call. Symbols are those of `lib.rs`.
+//! All orders for one direction of light, solved and checked in one call.
+//!
+//! x is across the grooves, y along them, z up. k is the wave number in vacuum in rad/µm, ky the wave number along y,
+//! d the period in µm. A field changes by the factor e^{2πib} from one period to the next, with the Bloch phase b in
+//! turns. *Nodes* are the points of the relief's cross-section at which fields are computed. `lib.rs` has all symbols
+//! and the equations.
 
 use crate::discretisation::NODES_MAX;
 use crate::error::positive;
@@ -9,7 +14,7 @@ use std::f64::consts::TAU;
 /// reciprocity, as an amplitude. It is far below what a picture shows; smaller values need more nodes.
 pub const CHECK_TOLERANCE: f64 = 5e-4;
 
-/// Smallest accepted cosine of incidence. At smaller ones efficiencies are ratios of two vanishing powers.
+/// Smallest accepted cosine of incidence. At smaller cosines, efficiencies are ratios of two vanishing powers.
 pub(crate) const COSINE_MIN: f64 = 1e-7;
 
 /// Largest accepted deviation of a direction's length from 1, above the rounding of single precision.
@@ -25,7 +30,8 @@ const SECONDS_PER_CUBED_NODES: f64 = 5e-9;
 /// One propagating order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Order {
-    /// Index m, with `direction.x = −wi.x + m·λ/period`.
+    /// Index m. In air, `direction.x = −wi.x + m·λ/period`; [`solve_both_sides`](crate::solve_both_sides) has the
+    /// relation for orders in a medium.
     pub index: i32,
     /// Unit vector away from the surface.
     pub direction: [f64; 3],
@@ -118,9 +124,11 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
         return Err(Error::OutOfRange { quantity: "z of wi", found: wi[2], accepted: "1e-7 to 1, above the horizon" });
     }
     let period = profile.period_um();
-    // κ/k = √(1 − y²), computed from x and z, which keeps its digits for light along the grooves.
+    // κ is the wave number in the xz plane. κ/k = √(1 − wi.y²), computed from x and z, keeps its digits for light along
+    // the grooves.
     let kappa_over_k = wi[0].hypot(wi[2]);
-    // t = κd/2π and b = α₀d/2π, d the period. The light travels along −wi, so its wave number along x is α₀ = −k·wi.x.
+    // t = κd/2π, and the Bloch phase is b = α₀d/2π turns. The light travels along −wi, so its wave number along x is
+    // α₀ = −k·wi.x.
     let (t, b) = (kappa_over_k * k * period / TAU, -wi[0] * k * period / TAU);
     // |wi.y| may exceed 1 by the tolerance of the length.
     check_size(profile, medium, wavelength_nm, wi[1].abs().min(1.0))?;
@@ -132,14 +140,15 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
         let errors = [forward.balance_error(), forward.reciprocity_error(&reversed)];
         Ok((forward, errors))
     })?;
-    // For light incident in order 0.
+    // The light is incident in order 0.
     let absorbed = forward.absorbed(0);
     Ok(Orders { orders: orders_of(&forward, k, wi[1]), absorbed, nodes, balance_error, reciprocity_error })
 }
 
-/// The solution on sufficient nodes, with their number and its errors of power balance and of reciprocity.
+/// The solution on sufficient nodes, the number of nodes, and the solution's errors of power balance and of
+/// reciprocity.
 ///
-/// `solve` returns a solution with both errors. The nodes of `resolution` are doubled until both are at most
+/// `solve` returns a solution with both errors. The nodes of `resolution` are doubled until both errors are at most
 /// [`CHECK_TOLERANCE`].
 ///
 /// # Errors
@@ -153,7 +162,7 @@ pub(crate) fn on_sufficient_nodes<T>(
         let mesh = Discretisation::new(profile, resolution)?;
         let (solution, errors) = solve(&mesh)?;
         let nodes = mesh.nodes();
-        // False for NaN.
+        // An error that is NaN fails the comparison.
         if errors.iter().all(|&error| error <= CHECK_TOLERANCE) {
             return Ok((solution, nodes, errors));
         }
@@ -193,8 +202,9 @@ pub(crate) fn check_length(wi: [f64; 3]) -> Result<(), Error> {
 /// Jones matrix for light from a direction with the y component `wi_y`, given the Jones matrix for the same |ky| and
 /// ky ≥ 0.
 ///
-/// Elements are named by the outgoing and the incident state: e has Ey and h has Hy. Light from `wi_y` > 0 has ky < 0.
-/// Reflection y → −y reverses the sign of Ey but not of Hy, so the two elements that mix the states change their signs.
+/// Elements are named by the outgoing and the incident state: e has Ey, h has Hy. Light from `wi_y` > 0 has ky < 0. The
+/// mirror image y → −y reverses the sign of Ey but not of Hy, so the two elements that mix the states change their
+/// signs.
 pub(crate) fn flipped([[ee, eh], [he, hh]]: Jones, wi_y: f64) -> Jones {
     if wi_y > 0.0 { [[ee, -eh], [-he, hh]] } else { [[ee, eh], [he, hh]] }
 }

@@ -1,6 +1,6 @@
 //! Amplitudes between all orders on both sides of a relief in a lossless dielectric.
 //!
-//! Symbols and equations are those of `lib.rs`, among them:
+//! `lib.rs` has the equations. x is across the grooves, y along them, z up. Fields vary along y as e^{i·ky·y}.
 //!
 //! | symbol | meaning |
 //! | --- | --- |
@@ -8,21 +8,23 @@
 //! | n | index of the lower medium, real |
 //! | κ² = k² − ky², κm² = n²k² − ky² | squared wave number in the xz plane, in the air and in the medium |
 //! | t = κd/2π, tm = κm·d/2π | bounds of \|b + m\| for orders m that propagate in the air and in the medium |
-//! | b | Bloch phase in turns |
-//! | αm, βm | wave numbers of order m along x and z; β in the medium is √(κm² − αm²), with κm for κ |
+//! | b | Bloch phase in turns: a field changes by the factor e^{2πib} from one period to the next |
+//! | αm = 2π(b + m)/d | wave number of order m along x |
+//! | βm | wave number of order m along z: √(κ² − αm²) in the air, √(κm² − αm²) in the medium |
 //! | u, ∂νu | field Ey or Hy on the curve, and its derivative along the normal, which points into the air |
 //! | S, K | single and double layer potential in the air |
 //! | W | response of the medium: the matrix from u to ∂νu |
 //!
-//! A *flux* is the derivative of a field along the normal, times the speed |dr/dτ| of the curve (`air.rs`). The
-//! *continuation* is that of amplitudes in ky², as analytic functions, to ky² < 0 ([`Air::solve`]).
+//! A *flux* is the derivative of a field along the normal, times the speed |dr/dτ| of the curve (`air.rs`).
+//! Amplitudes are analytic functions of ky². At ky² < 0, which no direction of light has, their values are the
+//! *continuation* ([`Air::solve`]).
 //!
 //! In the lower medium an incident wave of order m varies as e^{iαm·x + iβm·z}, an outgoing one as e^{iαm·x − iβm·z}.
 //!
 //! The power of a wave is βm/κ² in the air, for Ey and for Hy of amplitude 1. In the medium it is n²·βm/κm² for Ey and
 //! βm/κm² for Hy.
 //!
-//! *Ey* and *Hy* also name the polarisation states 0 and 1 of a wave: without Hy, and without Ey.
+//! *Ey* and *Hy* also name the polarisation states of a wave: state 0, *Ey*, has no Hy; state 1, *Hy*, has no Ey.
 
 use crate::air::{Air, Continuity, join_columns};
 use crate::error::positive;
@@ -93,7 +95,8 @@ pub struct Scattering {
     above: Waves,
     /// Propagating orders in the medium.
     below: Waves,
-    /// Jones matrices at `out · count + in`, for positions in [`Scattering::channels`], which has `count` channels.
+    /// Jones matrices `[state out][state in]` at index `out · count + in`. `out` and `in` are positions in
+    /// [`Scattering::channels`], which has `count` channels.
     jones: Vec<Jones>,
 }
 
@@ -153,9 +156,9 @@ impl Below {
             let [nx, nz] = nodes.normal[i];
             (alpha[m] * nx + sign * beta[m] * nz) * nodes.speed[i]
         };
-        // Below the relief, the Green's function of a source at (x, z) has in order m the amplitude i/(2dβm) ·
-        // e^{−iαm·x + iβm·z}. `green` is this amplitude over i, times the quadrature step. By Green's formula the field
-        // below is ∫ (∂νu·G − u·∂νG) ds, and ∂ν gives the factor −i(αm·nx − βm·nz).
+        // Below the relief, order m of the Green's function G of a source at (x, z) has the amplitude
+        // i/(2dβm)·e^{−iαm·x + iβm·z}. `green` is this amplitude, divided by i and multiplied by the quadrature step.
+        // By Green's formula the field below is ∫ (∂νu·G − u·∂νG) ds, and ∂ν gives the factor −i(αm·nx − βm·nz).
         let green = |m: usize, i: usize| {
             Complex64::cis(-alpha[m] * nodes.x[i] + beta[m] * nodes.z[i]) * (step / (2.0 * period * beta[m]))
         };
@@ -274,11 +277,11 @@ impl Scattering {
     }
 
     /// [`Scattering::jones`] of a film: channels below lie in the air under its flat lower side. Light passes that side
-    /// once; zero where it is reflected totally.
+    /// once; the matrix is zero where the side reflects an order totally.
     pub fn film_jones(&self, out: Channel, from: Channel) -> Jones {
         let mut jones = self.jones(out, from);
         if from.side == Side::Below {
-            // The light passes upwards, from the air into the medium, by the transpose.
+            // Rows of `passage` are states in the air. Light from the air into the medium needs the transpose.
             jones = multiply(&jones, &transposed(self.passage(from.order, false)));
         }
         if out.side == Side::Below {
@@ -288,7 +291,7 @@ impl Scattering {
     }
 
     /// Fraction of unpolarised light incident in one channel that leaves in another; zero where either does not
-    /// propagate. Where ky is imaginary, the analytic continuation of this fraction in ky².
+    /// propagate. Where ky is imaginary, it is the analytic continuation of this fraction in ky².
     pub fn efficiency(&self, out: Channel, from: Channel) -> f64 {
         self.unpolarised_power(self.jones(out, from))
     }
@@ -311,10 +314,10 @@ impl Scattering {
     /// Jones matrix of the flat side of a film for an order, `[state in the air][state in the medium]`. Zero where that
     /// side reflects the order totally, and where the order does not propagate in the medium.
     ///
-    /// αm and ky are equal on both sides of a boundary, so βm in the air below the film is that above the relief.
+    /// αm and ky are equal on both sides of a boundary, so βm in the air below the film equals βm above the relief.
     fn passage(&self, order: i32, is_downwards: bool) -> Jones {
-        let place_on = |side: Side| self.orders(side).iter().position(|&m| m == order);
-        let (Some(above), Some(below)) = (place_on(Side::Above), place_on(Side::Below)) else {
+        let position_on = |side: Side| self.orders(side).iter().position(|&m| m == order);
+        let (Some(above), Some(below)) = (position_on(Side::Above), position_on(Side::Below)) else {
             return [[Complex64::ZERO; 2]; 2];
         };
         let relative = |wave_number: f64| wave_number / self.wave_number;
@@ -370,10 +373,10 @@ impl Scattering {
         self.above.orders.len() + self.below.orders.len()
     }
 
-    /// Position of a channel; `None` where it does not propagate.
+    /// Position of a channel in [`Scattering::channels`]; `None` where it does not propagate.
     fn position(&self, channel: Channel) -> Option<usize> {
-        let place = self.orders(channel.side).iter().position(|&m| m == channel.order)?;
-        Some(if channel.side == Side::Above { place } else { self.above.orders.len() + place })
+        let on_side = self.orders(channel.side).iter().position(|&m| m == channel.order)?;
+        Some(if channel.side == Side::Above { on_side } else { self.above.orders.len() + on_side })
     }
 }
 
@@ -386,9 +389,9 @@ fn transposed(jones: Jones) -> Jones {
 /// × incident wave.
 fn jones_matrices(above: &Waves, below: &Waves, continuity: &Continuity, out: [&[Matrix; 2]; 2]) -> Vec<Jones> {
     let (n_above, count) = (above.orders.len(), above.orders.len() + below.orders.len());
-    // Power of a wave of amplitude 1, over that of one in the air with βm = 1: `continuity.weights` are n²κ²/κm² and
-    // κ²/κm². Where κ² is negative, no orders propagate in the air. The magnitude then keeps the ratios of powers
-    // between orders in the medium.
+    // Power of a wave of amplitude 1, times κ²: βm in the air; in the medium βm·n²κ²/κm² for Ey and βm·κ²/κm² for Hy.
+    // `continuity.weights` has these ratios. Where κ² is negative, no orders propagate in the air. The magnitude then
+    // keeps the ratios of powers between orders in the medium.
     let power = |position: usize, state: usize| match position.checked_sub(n_above) {
         None => above.beta[position],
         Some(position) => below.beta[position] * continuity.weights[state].norm(),

@@ -1,12 +1,15 @@
-//! The propagating orders of one medium. Symbols are those of `lib.rs`: t is the period in units of 2π/κ, the
-//! wavelength across the grooves, b the Bloch phase in turns, m the index of an order.
+//! The propagating orders of one medium.
+//!
+//! Symbols (`lib.rs`): m is the index of an order, d the period, b the Bloch phase in turns, and κ the wave number in
+//! the medium across the grooves. t = κd/2π is the period in wavelengths 2π/κ. Order m has the wave numbers
+//! αm = 2π(b + m)/d along x, across the grooves, and βm = √(κ² − αm²) along z, upwards.
 
 use std::f64::consts::TAU;
 
 /// Smallest distance of t from the cut-off of an order (βm = 0), where the lattice sum has a pole.
 ///
 /// Amplitudes vary as the square root of the distance, so moving t by up to twice this distance changes them by about
-/// 1e-5. Larger values change them more; smaller ones approach the pole to within rounding.
+/// 1e-5. Larger values change amplitudes more; smaller ones approach the pole to within rounding.
 const CUTOFF_DISTANCE: f64 = 1e-11;
 
 /// The propagating orders of one medium.

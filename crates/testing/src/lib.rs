@@ -12,7 +12,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::{env, thread};
 
-/// One part a line: its name, then its description.
+/// The parts, one for each line: a name, then a description.
 const NEEDS: &str = include_str!("../../../tests/needs.txt");
 
 /// The root of the repository.
@@ -35,8 +35,10 @@ pub fn skip(need: &str, reason: impl Display) {
     }
 }
 
-/// The line that reports a skip of the running test, or as the error the reason why the test must fail. `required` is
-/// the value of `SUNBEAM_REQUIRE`.
+/// The line that reports a skip of the running test. `required` is the value of `SUNBEAM_REQUIRE`.
+///
+/// # Errors
+/// The reason why the test must fail instead.
 fn skip_line(need: &str, required: &str, reason: &dyn Display) -> Result<String, String> {
     let known: Vec<&str> = NEEDS.lines().filter_map(|line| line.split_whitespace().next()).collect();
     let required: Vec<&str> = required.split(',').map(str::trim).filter(|name| !name.is_empty()).collect();

@@ -3,7 +3,10 @@
 import { toHash } from "./link.js";
 import { page } from "./state.js";
 
-/** Delay in ms before the address is written: browsers refuse hundreds of changes within half a minute. */
+/**
+ * Delay in ms before the address is written. Browsers refuse hundreds of changes within half a minute, so writing may
+ * fail during a drag with a much shorter delay. A longer one leaves an old address for longer.
+ */
 const DELAY_MS = 250;
 
 /** Identifier of the pending delay. */

@@ -41,7 +41,7 @@ let drawing = false;
 let shown = null;
 /** Time in ms of the last change of the view. */
 let viewChangedAt = -Infinity;
-/** Ends the present `rest` early. */
+/** Ends the wait of `rest` early; does nothing while none is running. */
 let endRest = () => {};
 /** Promise of the last queued task. It never fails. */
 let queue = Promise.resolve();
@@ -78,8 +78,8 @@ async function step(handledChanges) {
     shown = { serial, ...JSON.parse(report) };
     return true;
   }
-  // Nothing was drawn. Without a further change the picture shown is that of the last order. It gets the order's serial
-  // number, which may be all that is new.
+  // Nothing was drawn. Without a further change the picture shown is that of the last order, and gets the order's
+  // serial number: an order that changes nothing else still needs a report.
   if (!shown || handledChanges !== changeCount || shown.serial === serial) return false;
   shown.serial = serial;
   return true;

@@ -10,7 +10,7 @@ import { byId, page } from "./state.js";
 import { orderPicture } from "./view.js";
 import { showMessage, showProgress } from "./words.js";
 
-/** Relative size for a slider at 0 %: the smallest that the library accepts (`RELATIVE_SIZE`). */
+/** Relative size for a slider at 0 %: the smallest that the library accepts (src/scattering/size.rs). */
 const SIZE_MIN = 1e-3;
 
 /** Adds the listeners of all controls. */

@@ -28,7 +28,10 @@ export async function openEngine(listener) {
   return new Engine(module, listener);
 }
 
-/** The library and its workers. Failed calls throw a `WorkerError`, or on the page's own thread the library's error. */
+/**
+ * The library and its workers. Failed calls of a worker throw a `WorkerError`, failed calls on the page's own thread
+ * the library's error.
+ */
 export class Engine {
   /** Calls without long computations, on the page's own thread (crates/web/src/wasm/quick.rs). */
   quick = sunbeam;
@@ -111,7 +114,7 @@ export class Engine {
    */
   async relief(settings, file, key) {
     const maker = this.#idleMaker();
-    // Null until the relief is read, and also if reading fails. Evaluators belong to one relief.
+    // Null until the relief is read, and also if reading fails. Evaluators of the old relief go with it.
     this.#reliefKey = this.#reflectanceKey = this.#spectraKey = null;
     const read = await this.#ask(maker, "relief", { settings: JSON.stringify(settings), file });
     // A maker that was replaced in the meantime took its relief with it.
@@ -186,7 +189,7 @@ export class Engine {
     try {
       return await maker.ask("scene", { settings: JSON.stringify(settings), draft }, { progress });
     } catch (error) {
-      // It may be unusable, and holds no state: the next call starts another.
+      // The maker may be unusable, and holds no state: the next call starts another.
       if (this.#sceneMaker === maker) {
         maker.end();
         this.#sceneMaker = null;

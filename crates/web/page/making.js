@@ -2,12 +2,14 @@
 // ones whose data were complete (`page.good`).
 //
 // Two kinds of data are built in parallel: the surface (relief, then the method's data) and the scene (mesh and
-// pigment). A change of one kind does not disturb the other. Each start of a kind increments its number in `turns`. A
-// task that resumes after an `await` is stale if this number has changed. It must then end without an effect.
+// pigment). A change of one kind does not disturb the other. Each start of a build of one kind is a *turn*, counted in
+// `turns`. A task that resumes after an `await` is *stale* if another turn of its kind has started. It must then end
+// without an effect.
 //
-// `page.engine` builds data in Web Workers, the *makers*. The *artist* is the worker that draws pictures with WebGPU.
-// *Keys* name the settings that data depend on (`currentKeys`). `page.held` has the keys of the data that the artist
-// has. `page.opening` resolves when the attempt to open a graphics device has ended.
+// `page.engine` builds data in Web Workers, the *makers*. The *artist* is the worker that draws pictures with WebGPU. A
+// *key* is a text that names the settings that some data depend on (`currentKeys`). `page.keys` has the keys of the
+// data that exist or are being built, `page.held` those of the data that the artist has. `page.opening` resolves when
+// the attempt to open a graphics device has ended.
 
 import { updateAddress } from "./address.js";
 import { showControls } from "./panel.js";
@@ -23,14 +25,14 @@ import { showMessage, showProgress, titleOf } from "./words.js";
  */
 const SPECTRA_DELAY_MS = 300;
 
-/** Promises of the last task of each kind; null before the first and after a return to the last good state. */
+/** Promises of the last task of each kind; null before the first task and after a return to the last good state. */
 const pending = { surface: null, scene: null };
-/** Number of starts by kind; `all` counts those of either. `goBack` increments all three. */
+/** Number of turns of each kind; `all` counts the calls of `makeMissing` that build. `goBack` increments all three. */
 const turns = { surface: 0, scene: 0, all: 0 };
 /** Finished fraction of the scene; null while none is being built. */
 let sceneFraction = null;
 
-/** Starts a turn of this kind. Returns the function `stale`, which is true after another turn has started. */
+/** Starts a turn of this kind. Returns the function `stale`, true once another turn of the kind has started. */
 function startTurn(kind) {
   const turn = ++turns[kind];
   return () => turn !== turns[kind];
@@ -80,7 +82,7 @@ async function readRelief(keys, stale) {
   showRelief(read);
 }
 
-/** Reads the relief and builds the method's data for the artist, or without WebGPU its evaluator on the CPU. */
+/** Reads the relief and builds the method's data for the artist, or without WebGPU an evaluator on the CPU. */
 async function makeSurface(keys, stale) {
   const { engine, settings } = page;
   engine.cancel();
@@ -112,7 +114,7 @@ async function makeSurface(keys, stale) {
   await engine.setMethod(bytes);
 }
 
-/** Builds mesh and pigment, first as a coarse draft. */
+/** Builds mesh and pigment for the artist: first a coarse draft, then the full scene. */
 async function makeScene(keys, stale) {
   sceneFraction = 0;
   const { engine, settings } = page;

@@ -13,9 +13,12 @@ import { svg } from "./svg.js";
 
 /** One degree in radians. */
 const DEGREE = Math.PI / 180;
-/** Radius at which the arrow keys stop, just inside the horizon at 1. Chosen. */
+/** Radius at which the arrow keys stop, chosen just inside the horizon: pixels at 1 may lie outside the disc. */
 const KEY_RADIUS_MAX = 0.995;
-/** Steps of the arrow keys without and with the shift key, as fractions of the disc's radius. Chosen. */
+/**
+ * Steps of the arrow keys without and with the shift key, as fractions of the disc's radius. Chosen: larger steps cross
+ * the disc faster, smaller ones find narrow orders.
+ */
 const [KEY_STEP, KEY_STEP_LARGE] = [0.02, 0.1];
 
 /** The unit vector with the angle theta to the normal and the azimuth phi from +x towards +y, in degrees. */
@@ -91,8 +94,9 @@ export class MapView {
       event.preventDefault();
       const size = event.shiftKey ? KEY_STEP_LARGE : KEY_STEP;
       const next = [this.#current[0] + size * step[0], this.#current[1] + size * step[1]];
-      const tooFar = Math.hypot(...next) / KEY_RADIUS_MAX;
-      if (tooFar > 1) [next[0], next[1]] = [next[0] / tooFar, next[1] / tooFar];
+      // Points beyond KEY_RADIUS_MAX move back to this radius.
+      const excess = Math.hypot(...next) / KEY_RADIUS_MAX;
+      if (excess > 1) [next[0], next[1]] = [next[0] / excess, next[1] / excess];
       onDirection([...next, Math.sqrt(1 - next[0] ** 2 - next[1] ** 2)]);
     });
   }

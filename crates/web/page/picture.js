@@ -20,8 +20,9 @@ import { rounded, showMessage, showStatus } from "./words.js";
  */
 const STATUS_DELAY_MS = 100;
 /**
- * Time in ms, chosen, within which a second loss of the device is taken for a defect. The visitor is then asked before
- * the device is opened again.
+ * Time in ms within which a second loss of the device is taken for a defect. The visitor is then asked before the
+ * device is opened again. Chosen: with a shorter time, a device that is lost again and again may be opened each time;
+ * with a longer one, visitors are asked after independent losses, too.
  */
 const LOSS_MS = 10000;
 
@@ -117,7 +118,7 @@ export function showWithoutArtist(error) {
   showStatus();
 }
 
-/** Changes camera or sun by the function `name` of quick.rs, whose arguments are the settings and `numbers`. */
+/** Changes camera or sun by the function `name` of the library (quick.rs), called with the settings and `numbers`. */
 const move = (name, ...numbers) => {
   page.settings = JSON.parse(page.engine.quick[name](JSON.stringify(page.settings), ...numbers));
   showSun();

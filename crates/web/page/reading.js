@@ -10,7 +10,7 @@ import { angles, colourAt, direction, halfway } from "./map.js";
 import { byId, currentKeys, page, views } from "./state.js";
 import { degrees, showMessage, signed } from "./words.js";
 
-/** Side of the map in pixels. Its time grows with the square. */
+/** Side of the map in pixels. Larger maps resolve finer orders; their time grows with the square. */
 const MAP_SIDE = 128;
 /** Side in pixels of a map that follows the pointer, small enough to be drawn for each of its movements. */
 export const DRAFT_SIDE = 48;
@@ -88,7 +88,7 @@ const showSpectrum = onlyLatest(async () => {
   else views.spectrum.say(`${page.settings.method} has no spectrum`);
 });
 
-/** Shows the spectrum at page.wi and page.wo if both are set and its data exist. Errors go to the plot. */
+/** Shows the spectrum at page.wi and page.wo if both are set and the spectrum's data exist. Errors go to the plot. */
 export async function readSpectrum() {
   if (!page.wi || !page.wo || !page.engine.hasSpectra(currentKeys().method)) return;
   try {

@@ -10,7 +10,7 @@ import { showMessage } from "./words.js";
 
 /** Side of a saved map in pixels. A larger one resolves finer orders and takes longer. */
 const EXR_SIDE = 256;
-/** Time in ms after which the data of a saved file are released. The browser has read them by then. */
+/** Time in ms after which the data of a saved file are released, long after the browser has read them. */
 const RELEASE_MS = 1e4;
 
 /** Makes the browser save bytes as a file of this name and MIME type. */

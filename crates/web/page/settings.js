@@ -26,7 +26,7 @@ export function change(edit) {
   settingsChanged();
 }
 
-/** Refractive index of the last map as text. Its change alone builds no data, so `makeMissing` draws no new map. */
+/** Refractive index of the last map as text. Its change alone builds no data, so `makeMissing` draws no map. */
 let mappedIndex = "";
 
 /** Updates controls, address, data and pictures after any change of the settings. */

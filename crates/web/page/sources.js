@@ -11,7 +11,7 @@ import { showMessage, showProgress } from "./words.js";
 const withoutSource = (surface) =>
   Object.fromEntries(Object.entries(surface).filter(([key]) => !page.engine.catalogue.source_fields.includes(key)));
 
-/** The promise that `withProgress` awaited last. */
+/** The promise that the last call of `withProgress` awaits or awaited. */
 let awaited = null;
 
 /** Awaits a promise and shows `text` meanwhile, unless another promise or a build shows its own text. */

@@ -19,7 +19,7 @@ export const page = {
   engine: null,
   /** The settings (crates/web/README.md), with all fields. */
   settings: null,
-  /** The file that was dropped or fetched: {name, file, sha256}; null for a preset and while a file is awaited. */
+  /** The dropped or fetched file: {name, file (a Blob), sha256}; null for a preset and while a file is awaited. */
   source: null,
   /**
    * Number of reliefs chosen so far, by an address, in the panel or as a file. A choice that waited for its file has no
@@ -38,7 +38,7 @@ export const page = {
   opening: null,
   /**
    * The last state whose data were complete, to which `goBack` (making.js) returns: {settings, source, read, keys}, and
-   * `at`, the `performance.now()` of its first picture. Null before the first.
+   * `at`, the `performance.now()` of the state's first picture. Null before the first such state.
    */
   good: null,
   /** Keys (`currentKeys`) of the relief, method and scene that exist or are being built; null for none. */
@@ -56,7 +56,10 @@ export const page = {
   /** Unit vectors to the light and to the viewer, in the relief's frame, at which the map is read; null for none. */
   wi: null,
   wo: null,
-  /** BRDF in 1/sr every 5 nm from 380 to 780 nm, for wi and wo; empty if the method has none, null before the first. */
+  /**
+   * Spectrum at wi and wo: the BRDF in 1/sr every 5 nm from 380 to 780 nm. Empty if the method has no spectrum, null
+   * before the first one.
+   */
   spectrum: null,
   /** Serial number of the last picture ordered. */
   asked: 0,

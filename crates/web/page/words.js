@@ -2,8 +2,8 @@
 
 import { byId, page } from "./state.js";
 
-/** Text of a number with the minus sign of typography, which is as wide as a digit, instead of a hyphen. */
-export const signed = (number) => String(number).replace("-", "−");
+/** Text of a number with the minus sign of typography, which is as wide as a digit, instead of hyphens. */
+export const signed = (number) => String(number).replaceAll("-", "−");
 /** A number rounded to two decimals. */
 export const rounded = (number) => Number(number.toFixed(2));
 /** Text of an angle in degrees with one decimal. */

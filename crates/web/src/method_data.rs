@@ -15,7 +15,7 @@ pub struct MethodData {
     bytes: Vec<u8>,
     header: Header,
     /// Position of the uniform buffer, the first byte after the header.
-    body: usize,
+    uniform_start: usize,
 }
 
 /// Header of the bytes: the fields of a [`MethodShader`] with the lengths of its buffers instead of their contents, and
@@ -59,19 +59,19 @@ impl MethodData {
         let refused = || WebError::Internal("these bytes are not those of a method".to_owned());
         let length: [u8; 4] = bytes.get(..4).and_then(|word| word.try_into().ok()).ok_or_else(refused)?;
         // Saturates instead of wrapping where a `usize` has 32 bits.
-        let body = (u32::from_le_bytes(length) as usize).saturating_add(4);
-        let header = bytes.get(4..body).ok_or_else(refused)?;
+        let uniform_start = (u32::from_le_bytes(length) as usize).saturating_add(4);
+        let header = bytes.get(4..uniform_start).ok_or_else(refused)?;
         let header: Header = serde_json::from_slice(header).map_err(|_| refused())?;
         let buffers = header.storage.iter().try_fold(header.uniform, |sum, length| sum.checked_add(*length));
-        if buffers.and_then(|buffers| buffers.checked_add(body)) != Some(bytes.len()) {
+        if buffers.and_then(|buffers| buffers.checked_add(uniform_start)) != Some(bytes.len()) {
             return Err(refused());
         }
-        Ok(Self { bytes, header, body })
+        Ok(Self { bytes, header, uniform_start })
     }
 
     /// The shader, for [`sunbeam_realtime::Shader::of_async`].
     pub fn shader(&self) -> MethodShader<'_> {
-        let (uniform, mut rest) = self.bytes[self.body..].split_at(self.header.uniform);
+        let (uniform, mut rest) = self.bytes[self.uniform_start..].split_at(self.header.uniform);
         let storage = self.header.storage.iter().map(|length| {
             let (contents, after) = rest.split_at(*length);
             rest = after;

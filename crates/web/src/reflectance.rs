@@ -18,8 +18,8 @@ use sunbeam::table::Progress;
 /// A realtime method with everything that completes its answers to `f_r`.
 pub struct Reflectance {
     method: Box<dyn Method>,
-    /// Obliquity factor and shadowing.
-    model: Options,
+    /// The library's options; only their obliquity factor and shadowing are read.
+    options: Options,
     /// Refractive index relative to that of the cover.
     index: ComplexIndex,
     /// The cover; `None` for a bare surface.
@@ -30,13 +30,15 @@ impl Reflectance {
     /// Combines `method`, which was built with `settings`, with their index and options.
     pub fn new(method: Box<dyn Method>, settings: &Settings) -> Self {
         let (index, cover) = (settings.index_inside(), settings.surface.cover());
-        Self { method, model: settings.model(), index, cover }
+        Self { method, options: settings.library_options(), index, cover }
     }
 
-    /// Replaces the refractive index by that of `settings`, whose cover must be the present one. With energy
-    /// conservation the method's data also depend on the index and have to be built again ([`Settings::keys`]).
+    /// Replaces the refractive index by that of `settings`, and the obliquity factor by the one that `settings` have
+    /// for it. Their cover must be the present one. With energy conservation or a film the method's data also depend on
+    /// the index and have to be built again ([`Settings::keys`]).
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index_inside();
+        self.options = settings.library_options();
     }
 
     /// `f_r` in 1/sr, integrated over the visible spectrum to linear sRGB. `wi` is the unit vector to the light and
@@ -50,8 +52,8 @@ impl Reflectance {
             // The whole `f_r`; a film has no cover, so its factor is 1.
             AnswerKind::Reflectance | AnswerKind::Film { .. } => cover_factor,
             AnswerKind::Relief => {
-                let interface = pair.interface(Some(self.index), self.model.obliquity);
-                cover_factor * interface * self.model.angular_factor(&pair)
+                let interface = pair.interface(Some(self.index), self.options.obliquity);
+                cover_factor * interface * self.options.angular_factor(&pair)
             }
         };
         self.method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))

@@ -144,11 +144,11 @@ impl Relief {
         if settings.method != MethodKind::Table {
             return Ok(());
         }
-        let model = settings.model();
-        // A table of albedos is built only with energy conservation. `energy` is the factor on its time: 1 for a relief
-        // of fixed size, since a page has no textures of `scale` and `depth`.
-        let purpose = if model.conserve_energy { Purpose::Surface { energy: 1.0 } } else { Purpose::Table };
-        let tables = BuildDemand { purpose, ..model.demand(&self.inside(settings)) };
+        let options = settings.library_options();
+        // A table of albedos is built only with energy conservation. `energy` is the factor on the build time of this
+        // table: 1 for a relief of fixed size, since the page has no textures of `scale` and `depth`.
+        let purpose = if options.conserve_energy { Purpose::Surface { energy: 1.0 } } else { Purpose::Table };
+        let tables = BuildDemand { purpose, ..options.demand(&self.inside(settings)) };
         // The setting `build_limit` of the surface comes first, then the page's limit.
         tables.check(settings.surface.build_limit)?;
         let bytes = tables.estimate().bytes;
@@ -170,8 +170,8 @@ impl Relief {
     /// not fit the relief.
     pub fn method(&self, settings: &Settings, progress: &Progress) -> Result<Box<dyn Method>, WebError> {
         self.check_tables(settings)?;
-        let (field, model) = (self.inside(settings), settings.model());
-        let method = methods::build_watched(settings.method, &field, &model, &settings.options, progress)?;
+        let (field, options) = (self.inside(settings), settings.library_options());
+        let method = methods::build_watched(settings.method, &field, &options, &settings.options, progress)?;
         progress.report(1.0);
         Ok(method)
     }

@@ -21,8 +21,8 @@ const STEP_NM: f64 = 5.0;
 /// A source of values by wavelength with everything that completes them to `f_r`.
 pub struct Spectra {
     source: Source,
-    /// Obliquity factor, shadowing and film.
-    model: Options,
+    /// The library's options; only their obliquity factor, shadowing and film are read.
+    options: Options,
     /// Refractive index relative to that of the cover.
     index: ComplexIndex,
     /// The cover; `None` for a bare surface.
@@ -31,8 +31,8 @@ pub struct Spectra {
 
 /// Source of values by wavelength.
 enum Source {
-    /// Spectral tables, for the method `table`, which itself has only colours. Values include the angular factor, and
-    /// for a film also the interface factor.
+    /// Spectral tables, for the method `table`, which itself has only colours. Values include the angular factor of
+    /// the options that the tables were built with, and for a film also the interface factor.
     Surface(Box<Surface>),
     /// A published method, which has values by wavelength or none. They include neither the angular nor the interface
     /// factor. Settings with a film have no such method.
@@ -47,38 +47,45 @@ impl Spectra {
     /// [`WebError::Limit`] for a build that needs too much memory or time, [`WebError::Settings`] for options that do
     /// not fit the relief.
     pub fn new(field: &HeightField, settings: &Settings, progress: &Progress) -> Result<Self, WebError> {
-        let (model, index, cover) = (settings.model(), settings.index_inside(), settings.surface.cover());
+        let (options, index, cover) = (settings.library_options(), settings.index_inside(), settings.surface.cover());
         let source = match settings.method {
-            MethodKind::Table => Source::Surface(Box::new(Surface::watched(field, &model, progress)?)),
-            kind => Source::Method(methods::build_watched(kind, field, &model, &settings.options, progress)?),
+            MethodKind::Table => Source::Surface(Box::new(Surface::watched(field, &options, progress)?)),
+            kind => Source::Method(methods::build_watched(kind, field, &options, &settings.options, progress)?),
         };
         progress.report(1.0);
-        Ok(Self { source, model, index, cover })
+        Ok(Self { source, options, index, cover })
     }
 
-    /// Replaces the refractive index by that of `settings`. With energy conservation or a film the tables also depend
-    /// on the index and have to be built again ([`Settings::keys`]).
+    /// Replaces the refractive index by that of `settings`, and the obliquity factor by the one that `settings` have
+    /// for it. With energy conservation or a film the tables also depend on the index and have to be built again
+    /// ([`Settings::keys`]).
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index_inside();
+        self.options = settings.library_options();
     }
 
     /// `f_r` in 1/sr at each of [`SPECTRUM_COUNT`] wavelengths. `wi` is the unit vector to the light and `wo` that to
-    /// the viewer. All values are 0 unless both directions lie above the surface. For such directions the result is
-    /// empty if the method has no values by wavelength.
+    /// the viewer. All values are 0 unless both directions lie above the surface. For directions above the surface, the
+    /// result is empty if the method has no values by wavelength.
     pub fn spectrum(&self, wi: Vec3, wo: Vec3) -> Vec<f32> {
         let black = || vec![0.0; SPECTRUM_COUNT];
         let Some(Inside { wi, wo, factor: cover_factor, .. }) = Inside::new(self.cover, wi, wo) else { return black() };
         let Some(pair) = Pair::new(wi, wo) else { return black() };
-        let cover_and_interface = match self.model.body {
+        let cover_and_interface = match self.options.body {
             // A film has no cover, and its values include the interface.
             Some(_) => 1.0,
-            None => cover_factor * pair.interface(Some(self.index), self.model.obliquity),
+            None => cover_factor * pair.interface(Some(self.index), self.options.obliquity),
         };
+        let angular = self.options.angular_factor(&pair);
         let f_r = |wavelength_nm: f64| match &self.source {
-            Source::Surface(surface) => Some(cover_and_interface * surface.eval(wi, wo, wavelength_nm)),
+            Source::Surface(surface) => {
+                // 1 unless `set_index` has changed the obliquity factor since the tables were built.
+                let angular_change = angular / surface.options().angular_factor(&pair);
+                Some(cover_and_interface * angular_change * surface.eval(wi, wo, wavelength_nm))
+            }
             Source::Method(method) => {
                 let relief = method.answer_spectral(single(wi), single(wo), wavelength_nm as f32)?;
-                Some(cover_and_interface * self.model.angular_factor(&pair) * f64::from(relief))
+                Some(cover_and_interface * angular * f64::from(relief))
             }
         };
         let wavelengths_nm = (0..SPECTRUM_COUNT).map(|i| FIRST_NM + STEP_NM * i as f64);
@@ -129,6 +136,31 @@ mod tests {
         let (relief, settings) = with_method("stam");
         let spectra = relief.spectra(&settings, &Progress::none()).unwrap();
         assert!(spectra.spectrum(wi, direction(100.0, 0.0)).iter().all(|value| *value == 0.0));
+    }
+
+    /// The obliquity factor `auto` is `small_slope` for the dielectric and `stam` for the metal.
+    #[test]
+    fn a_change_of_the_index_gives_the_values_of_a_new_build() {
+        // Near the first order of 480 nm, at angles where both factors differ.
+        let (wi, wo) = (direction(70.0, 180.0), direction(48.6, 0.0));
+        let (relief, dielectric) = with_surface("table", r#", "eta": 1.5"#);
+        let (_, metal) = with_surface("table", r#", "eta": 1, "k": 6"#);
+        assert_eq!(dielectric.keys(), metal.keys());
+        let mut spectra = relief.spectra(&dielectric, &Progress::none()).unwrap();
+        let mut reflectance = relief.reflectance(&dielectric, &Progress::none()).unwrap();
+        spectra.set_index(&metal);
+        reflectance.set_index(&metal);
+        let built_spectrum = relief.spectra(&metal, &Progress::none()).unwrap().spectrum(wi, wo);
+        let built_rgb = relief.reflectance(&metal, &Progress::none()).unwrap().rgb(wi, wo);
+        let changed_spectrum = spectra.spectrum(wi, wo);
+        assert!(built_spectrum.iter().any(|value| *value > 0.0));
+        for (changed, built) in changed_spectrum.iter().zip(&built_spectrum) {
+            // Rounding alone, with a summand for subnormal numbers.
+            assert!((changed - built).abs() <= 1e-5 * built.abs() + f32::MIN_POSITIVE, "{changed} {built}");
+        }
+        for (changed, built) in reflectance.rgb(wi, wo).iter().zip(built_rgb) {
+            assert!((changed - built).abs() <= 1e-5 * built.abs(), "{changed} {built}");
+        }
     }
 
     #[test]

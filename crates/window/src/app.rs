@@ -1,8 +1,10 @@
 //! The window's contents: controls on the left, the picture on the right. Work that takes long is done by other threads
 //! (task.rs, drawer.rs), whose results each repaint collects.
 //!
-//! A *recipe* is all inputs of building a method (settings.rs). A *job* is all inputs of a picture except scene and
-//! method ([`Job`]). A *point* is egui's unit of length, a pixel of a screen that is not scaled.
+//! A *method* evaluates the reflectance of the relief on the GPU. A *recipe* is all inputs of building a method
+//! (settings.rs). A *job* is all inputs of a picture except scene and method ([`Job`]). A *map* is the BRDF map of
+//! the surface under the cursor (hemisphere.rs). A *point* is egui's unit of length, a pixel of a screen that is not
+//! scaled.
 
 use super::artist::Shot;
 use super::drawer::{Drawer, Event};
@@ -43,11 +45,13 @@ pub(crate) struct App {
     settings: Settings,
     /// Settings to which [`App::reset`] returns camera and sun.
     settings_at_start: Settings,
-    /// The controls of the relief's source.
+    /// The controls of the relief's source, a preset or a file.
     form: SurfaceForm,
-    /// egui's device, queue and textures.
+    /// GPU device, queue and textures of egui.
     window: RenderState,
+    /// Thread that draws pictures and maps.
     drawer: Drawer,
+    /// Tone mapping of the picture into [`App::texture`].
     tone: ToneMapper,
     shown: Option<Shown>,
     /// The tone-mapped picture; `None` before the first picture.
@@ -114,8 +118,8 @@ impl App {
         }
     }
 
-    /// Takes the results of other threads. Starts to build the method of the settings, if its recipe is new and no
-    /// build is under way.
+    /// Takes the results of other threads. Starts to build the method of the settings, if its recipe is not that of the
+    /// last build and no build is under way.
     fn collect(&mut self, ctx: &egui::Context) {
         self.collect_scene();
         self.collect_method();
@@ -233,7 +237,7 @@ impl App {
             picture_view::show_map(ui, response.rect, map, texture.id());
         }
         self.order(area.size);
-        // During a drag, the map stays where the drag began.
+        // During a drag, the map stays that of the point where the drag began.
         if !response.dragged() && area.cursor != self.cursor {
             self.cursor = area.cursor;
             if self.cursor.is_none() {

@@ -91,7 +91,8 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
         make_scene: Box::new(move || scene.mesh().map_err(|error| error.to_string())),
         // In egui's points, which are pixels on a screen without scaling.
         size: [args.size.0 as f32, args.size.1 as f32],
-        // The default name is not checked, so the window opens even if the working folder cannot be written to.
+        // A name of `--screenshot` has been checked. The default name has not, so the window opens even if the working
+        // folder cannot be written to.
         screenshot: args.screenshot.as_ref().map_or_else(|| SCREENSHOT.into(), |file| file.path().to_owned()),
         adapter: args.adapter.map_or_else(AdapterChoice::from_env, Ok)?,
     })

@@ -1,5 +1,11 @@
 //! Draws pictures, BRDF maps and screenshots, step by step. The thread of drawer.rs passes on the window's orders and
 //! runs the steps.
+//!
+//! A *job* is all inputs of a picture except scene and method. A [`Level`] is the resolution of a picture; pictures
+//! of slow methods begin coarse and become finer ([`Progressive`]). A [`Pace`] is the estimated speed of a method. A
+//! [`Target`] is a picture on the GPU. It also keeps a [`Query`] for each pixel: the surface point that the pixel
+//! shows, with its directions to light and viewer. A *map* is the reflectance over all viewing directions at the
+//! point under the cursor (hemisphere.rs).
 
 use super::hemisphere::{self, BrdfMap};
 use std::path::{Path, PathBuf};
@@ -68,8 +74,8 @@ pub(crate) struct Artist {
     cursor: Option<[f32; 2]>,
     /// The ordered screenshot.
     shot: Option<Shot>,
-    /// Side in pixels of the map drawn for the cursor and the latest picture; `None` before the first map. Where no map
-    /// can be drawn, it is [`hemisphere::FINEST_SIDE`], so that no map is left to do.
+    /// Side in pixels of the finest map drawn for the cursor and the latest picture; `None` before the first map. Where
+    /// no map can be drawn, it is [`hemisphere::FINEST_SIDE`], so that no map is left to do.
     map_side: Option<usize>,
     /// Speed of the method for maps, whose pixels count as rays. It is learned anew for each method.
     map_pace: Pace,
@@ -104,7 +110,7 @@ impl Artist {
     }
 
     /// Replaces the method. A step with the method fails with [`GpuError::Stopped`] when the flag `stop` is set.
-    /// Returns the bytes of the method's data on the GPU.
+    /// Returns the size of the method's data on the GPU in bytes.
     ///
     /// # Errors
     /// The errors of [`Shader::new`]; the previous method stays in use.
@@ -193,7 +199,7 @@ impl Artist {
         Ok(Some(Picture { target: Arc::clone(&frame.target), report, ms, is_finest: frame.is_finest }))
     }
 
-    /// Draws the map for the surface under the cursor, with `side` pixels along each side; `None` if cursor, picture or
+    /// Draws the map of the surface under the cursor, with `side` pixels along each side; `None` if cursor, picture or
     /// method are missing.
     fn draw_map(&mut self, side: usize) -> Result<Option<Done>, GpuError> {
         let (Some([x, y]), Some((target, _)), Some(shader)) =
@@ -206,8 +212,8 @@ impl Artist {
             // Beside the picture: a query of the kind [`Query::NOTHING`].
             None => Query::default(),
         };
-        // Only the mesh, `SKIN`, has a map. Its normal is z, so wi.z ≤ 0 is light from below, which an opaque surface
-        // does not reflect.
+        // Only points of the mesh, of the kind `SKIN`, have a map. z is the surface's normal, so wi.z ≤ 0 is light from
+        // below, which an opaque surface does not reflect.
         if seen.kind != Query::SKIN || (seen.wi[2] <= 0.0 && !shader.is_film()) {
             self.map_side = Some(hemisphere::FINEST_SIDE);
             return Ok(Some(Done::Map(None)));

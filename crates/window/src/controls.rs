@@ -15,7 +15,9 @@ use sunbeam::table::COHERENCE_LENGTH_UM;
 use sunbeam::transform::Series;
 use sunbeam_realtime::Blend;
 
-// Ranges of controls. They have the usual values; options of the command line accept more, and are not clamped.
+// Ranges of controls contain the usual values. Options of the command line accept more; their values stay until the
+// user changes them.
+
 /// Exposure in stops.
 const EXPOSURE_STOPS: RangeInclusive<f64> = -6.0..=12.0;
 /// Pixels of the picture per pixel of the window, along each side.
@@ -87,8 +89,8 @@ fn show_index(ui: &mut Ui, index: &mut Option<ComplexIndex>) {
     }
 }
 
-/// The method and the options that it reads. The values of optional numbers when they are switched on are examples, not
-/// the automatic values.
+/// The method and the options that it reads ([`MethodOptions`](sunbeam::methods::MethodOptions) describes them). An
+/// optional number that is switched on starts at an example, which is not the automatic value.
 fn show_method(ui: &mut Ui, settings: &mut Settings) {
     choice(ui, "Method", &mut settings.kind, MethodKind::ALL.map(|kind| (kind, kind.name())));
     let options = &mut settings.options;
@@ -109,7 +111,7 @@ fn show_method(ui: &mut Ui, settings: &mut Settings) {
             "stam_form" => {
                 choice(ui, "Form", &mut options.stam_form, [(StamForm::Spacing, "spacing"), (StamForm::Gems, "gems")]);
             }
-            // Only the form of GPU Gems reads these.
+            // Only the form of Stam's method from GPU Gems reads these two options.
             "gems_sharpness" | "gems_highlight" if options.stam_form != StamForm::Gems => {}
             "gems_sharpness" => number(ui, "Sharpness", &mut options.gems_sharpness, GEMS_SHARPNESS, 0.5, " /µm"),
             "resolution" => number(ui, "Table samples", &mut options.resolution, RESOLUTION, 0.05, " ×"),
@@ -121,7 +123,7 @@ fn show_method(ui: &mut Ui, settings: &mut Settings) {
     }
 }
 
-/// The numbers of repetitions along x and y. Both are set, or none.
+/// The numbers of repeats of the tile along x and y. Both are set, or none.
 fn show_repeats(ui: &mut Ui, repeats: &mut Option<Repeats>) {
     let [x, y] = repeats.map_or([None; 2], |repeats| repeats.xy().map(Some));
     let (mut new_x, mut new_y) = (x, y);
@@ -142,10 +144,10 @@ fn show_picture(ui: &mut Ui, settings: &mut Settings) {
         // An exposure of the command line may be out of range or have more decimals, and stays until the user edits it.
         ui.add(slider.clamping(egui::SliderClamping::Edits));
     });
-    let mut blend = Blending::from(settings.view.blend);
-    choice(ui, "Pigment", &mut blend, Blending::ALL);
-    if blend != Blending::from(settings.view.blend) {
-        settings.view.blend = blend.with_default_share();
+    let mut kind = BlendKind::from(settings.view.blend);
+    choice(ui, "Pigment", &mut kind, BlendKind::ALL);
+    if kind != BlendKind::from(settings.view.blend) {
+        settings.view.blend = kind.with_default_share();
     }
     if let Blend::FixedMix { share } = &mut settings.view.blend {
         number(ui, "Share", share, 0.0..=1.0, 0.005, "");
@@ -155,15 +157,15 @@ fn show_picture(ui: &mut Ui, settings: &mut Settings) {
     number(ui, "Resolution", &mut settings.scale, SCALE, 0.01, " x");
 }
 
-/// A [`Blend`] without its share, for a choice by name.
+/// Kind of a [`Blend`], for a choice by name. A fixed mix also has a share: the weight of the diffraction colour.
 #[derive(Clone, Copy, PartialEq)]
-enum Blending {
+enum BlendKind {
     Physical,
     FixedMix,
     None,
 }
 
-impl From<Blend> for Blending {
+impl From<Blend> for BlendKind {
     fn from(blend: Blend) -> Self {
         match blend {
             Blend::Physical => Self::Physical,
@@ -173,12 +175,12 @@ impl From<Blend> for Blending {
     }
 }
 
-impl Blending {
+impl BlendKind {
     /// All kinds with their names.
     const ALL: [(Self, &'static str); 3] =
         [(Self::Physical, "physical"), (Self::FixedMix, "mix"), (Self::None, "none")];
 
-    /// The blending with equal parts for a fixed mix.
+    /// The blend of this kind; a fixed mix has equal parts of diffraction colour and pigment.
     fn with_default_share(self) -> Blend {
         match self {
             Self::Physical => Blend::Physical,

@@ -1,7 +1,8 @@
-//! The thread that draws. The window posts *orders*: another scene, method, job or cursor, or a screenshot. The thread
-//! works in *steps* of the [`Artist`]: it draws one picture or map, or writes the screenshot. It reads orders between
-//! steps and sends results as events. An order may end the step under way, if the step is not worth finishing
-//! ([`Change`]).
+//! The thread that draws. The window posts *orders*: another scene, method, job or cursor, or a screenshot. A *job*
+//! is all inputs of a picture except scene and method; the *cursor* is the point of the picture whose BRDF map is
+//! shown. The thread works in *steps* of the [`Artist`]: it draws one picture or map, or writes the screenshot. It
+//! reads orders between steps and sends results as events. An order may end the step under way, if the step is not
+//! worth finishing ([`Change`]).
 
 use super::artist::{Artist, Done, Failure, Picture, Shot, Step};
 use super::hemisphere::BrdfMap;
@@ -67,12 +68,13 @@ struct Pending {
     shot: Option<Shot>,
     /// Whether the thread is to end.
     quit: bool,
-    /// The smallest change that ends the step under way. Between steps it is the default; a flag `stop` set then has no
-    /// effect, since the thread clears it when it reads the orders.
+    /// The smallest change that ends the step under way. Between steps it is the default. If the flag `stop` is set
+    /// then, it has no effect, since the thread clears it when it reads the orders.
     interruptible_by: Change,
 }
 
-/// Kinds of changes, from the smallest to the largest. A step is ended by changes of a certain kind and by larger ones.
+/// Kinds of changes, from the smallest to the largest. Each step has a smallest kind that ends it; larger kinds end it,
+/// too.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd)]
 enum Change {
     /// Another point under the cursor, or a screenshot.
@@ -89,10 +91,10 @@ impl Change {
     /// that has been drawn.
     fn smallest_to_end(step: Step, artist: &Artist) -> Self {
         match (artist.refines(step), artist.has_shot()) {
-            // A new job ends neither a first picture or map, since otherwise a drag would show no pictures, nor the
-            // writing of a screenshot.
+            // A new job does not end a first picture or map, since otherwise a drag would show no pictures. Neither
+            // does it end the writing of a screenshot.
             (false, _) => Self::MethodOrScene,
-            // The cursor does not end a picture for a screenshot.
+            // Another cursor does not end a picture that a screenshot waits for.
             (true, true) => Self::Job,
             (true, false) => Self::CursorOrShot,
         }
@@ -205,8 +207,8 @@ impl Shared {
                 // The step had nothing to draw, or was ended by an order.
                 Ok(None) | Err(Failure::Gpu(GpuError::Stopped)) => {}
                 Err(error) => {
-                    // Without its job the step is not repeated, as it would fail again. A screenshot that could not be
-                    // written is dropped already.
+                    // Without its job the step is not repeated, as it would fail again. A screenshot that cannot be
+                    // written has been dropped already, and the job stays.
                     if !matches!(error, Failure::File(_)) {
                         artist.give_up();
                     }
@@ -227,7 +229,7 @@ impl Shared {
         true
     }
 
-    /// Hands the orders to the artist. If the scene fails, an order of a method is dropped.
+    /// Hands the orders to the artist. If the scene fails, an order of a method in `orders` is dropped.
     fn hand_over(&self, orders: Pending, artist: &mut Artist, reporter: &Reporter) -> Result<(), GpuError> {
         // Scene and method come last, because only they can fail.
         if let Some(job) = orders.job {

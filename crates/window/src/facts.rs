@@ -37,7 +37,7 @@ pub(crate) struct PictureFacts {
     frame_ms: f64,
     /// Whether no finer picture follows.
     is_finest: bool,
-    /// Number of rays that met sunlit points of the mesh. The method is evaluated once for each.
+    /// Number of rays that met sunlit points of the mesh. The method is evaluated once for each such ray.
     lit_samples: u64,
     /// Name and time in ms of each stage of drawing ([`StageTimes`](sunbeam_realtime::StageTimes)).
     stages: [(&'static str, f64); 4],
@@ -73,7 +73,7 @@ impl Facts {
             let (width, height) = picture.size;
             line(ui, "Picture", format!("{width} × {height}{}", if picture.is_finest { "" } else { ", draft" }));
             line(ui, "Lit samples", picture.lit_samples.to_string());
-            // At least a microsecond, so that the rate is finite.
+            // The time counts as at least a microsecond, so that the rate is finite.
             line(ui, "Frame", format!("{:.1} ms, {:.1} fps", picture.frame_ms, 1e3 / picture.frame_ms.max(1e-3)));
             let stages = picture.stages.map(|(stage, ms)| format!("{stage} {ms:.1}")).join(", ");
             let clock = if self.has_timestamps { "GPU clock" } else { "wall clock" };

@@ -1,4 +1,7 @@
 //! The BRDF map beside the picture: reflectance over all viewing directions for one direction of the light.
+//!
+//! The map is an orthographic projection of the hemisphere from above: the viewing direction (x, y, z) lies at the
+//! point (x, y) of the unit disc. Slow methods draw coarse maps first.
 
 use eframe::egui;
 use sunbeam::colour::{automatic_exposure, srgb_bytes};
@@ -32,12 +35,12 @@ pub(crate) struct BrdfMap {
 /// The map is the finest one that takes at most [`PREVIEW_MS`]. If none does, it is the coarsest one finer than `done`.
 pub(crate) fn next_side(done: Option<usize>, pace: &Pace) -> Option<usize> {
     let mut finer = SIDES.into_iter().filter(|&side| done.is_none_or(|done| side > done));
-    let fits = |&side: &usize| pace.fits(area(side), PREVIEW_MS);
+    let fits = |&side: &usize| pace.fits(pixel_count(side), PREVIEW_MS);
     finer.clone().rev().find(fits).or_else(|| finer.next())
 }
 
 /// Number of pixels of a map with this side.
-fn area(side: usize) -> f64 {
+fn pixel_count(side: usize) -> f64 {
     (side * side) as f64
 }
 
@@ -56,7 +59,7 @@ pub(crate) fn draw(
     let start = std::time::Instant::now();
     // `f_r` in 1/sr as linear sRGB, rows from the top; `None` outside the disc.
     let answers = shader.brdf_map(gpu, seen.wi, side)?;
-    pace.learn(area(side), start.elapsed().as_secs_f64() * 1e3);
+    pace.learn(pixel_count(side), start.elapsed().as_secs_f64() * 1e3);
 
     let linear: Vec<Option<[f64; 3]>> = answers.into_iter().map(|rgb| rgb.map(|rgb| rgb.map(f64::from))).collect();
     let exposure = automatic_exposure(linear.iter().copied().flatten());

@@ -63,7 +63,7 @@ fn choose(
     Gpu::choose(choice, &fitting).cloned().map_err(|error| error.to_string())
 }
 
-/// The error of eframe with advice for the user.
+/// An error of eframe as the error to show, with advice where there is some.
 fn explained(error: eframe::Error) -> Box<dyn Error> {
     let no_display = |error: String| {
         // winit's message begins with a position in its source: `…/file.rs:line: `.

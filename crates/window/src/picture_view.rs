@@ -1,5 +1,5 @@
-//! The picture with its mouse controls, the note on it, and the BRDF map in its corner. Sizes without a comment are in
-//! points and chosen by eye.
+//! The picture with its mouse controls, the note on it, and the BRDF map in its corner. Sizes are in points, egui's
+//! unit of length, and opacities from 0 to 255. Those without a comment are chosen by eye.
 
 use super::hemisphere::BrdfMap;
 use super::settings::Settings;
@@ -28,7 +28,7 @@ pub(crate) struct PictureArea {
 }
 
 /// Shows the picture `texture` and the line of text `note` in the available space, and moves camera and sun with the
-/// mouse. Returns the response of the area to the mouse, and the area with the cursor.
+/// mouse. Returns egui's response, which tells what the mouse does in the area, and the area with the cursor.
 pub(crate) fn show(
     ui: &mut Ui,
     settings: &mut Settings,
@@ -97,7 +97,8 @@ pub(crate) fn show_map(ui: &Ui, area: Rect, map: &BrdfMap, texture: TextureId) {
     painter.circle_filled(disc.center(), 0.5 * side, Color32::from_black_alpha(220));
     painter.image(texture, disc, WHOLE, Color32::WHITE);
     painter.circle_stroke(disc.center(), 0.5 * side, Stroke::new(1.0, Color32::GRAY));
-    // Position in the map of a unit vector with the components x and y in the frame of the relief; y points upwards.
+    // Position in the map of a unit vector with the components x and y in the frame of the relief. The map's y points
+    // up, that of the screen down.
     let at = |x: f32, y: f32| disc.center() + 0.5 * side * vec2(x, -y);
     // `wi` points to the sun, `wo` to the viewer. The mirror direction of `wi` has the opposite x and y.
     painter.circle_stroke(at(-map.wi[0], -map.wi[1]), 3.0, Stroke::new(1.0, Color32::WHITE));

@@ -1,4 +1,9 @@
 //! The settings that users change in the window, and the recipe of the method that follows from them.
+//!
+//! A *method* evaluates the reflectance of the relief on the GPU (docs/realtime.md). Its tables are built from a
+//! recipe, which may take seconds. Factors that do not depend on the relief are the *optics*: index, cover, obliquity
+//! and shadowing. They are options of the shader, which changes at once. The model *ensemble* is the mean over all
+//! positions of the coherence window on the relief, the model *patch* has one position (docs/model.md#coherence).
 
 use super::sun::Sun;
 use std::time::Instant;
@@ -73,9 +78,9 @@ impl Settings {
     /// The recipe of the method.
     pub(crate) fn recipe(&self) -> Recipe {
         // A grating by Maxwell's equations contains its refractive index and conserves energy by itself, so
-        // `conserve_energy` stays unset. Scalar tables of ensembles conserve energy on request; their albedo depends on
-        // the optics. Other scalar methods leave out the optics, which are options of the shader, so that a change of
-        // them builds nothing.
+        // `conserve_energy` stays unset. Scalar tables of ensembles conserve energy on request; then their albedo, and
+        // so their recipe, depends on the optics. Recipes of other scalar methods have no obliquity, shadowing and
+        // index (but a film's, below), so that a change of these builds nothing.
         let is_rigorous = self.surface.theory == Theory::Rigorous;
         let conserves = !is_rigorous
             && self.surface.conserve_energy == Some(true)
@@ -91,7 +96,8 @@ impl Settings {
             // Wavelengths in the film are λ/η, so its tables are those of the relief magnified η times.
             (surface.eta, surface.k) = (self.index.map(|index| index.eta), None);
         }
-        // Some methods support only one coherence patch that repeats. The rigorous theory refuses them when built.
+        // The published methods support only the model patch on a tile that repeats. The rigorous theory refuses these
+        // methods when built.
         if self.kind.is_patch_only() && !is_rigorous {
             (surface.model, surface.tiling) = (Model::Patch, Some(Tiling::Periodic));
         }
@@ -102,7 +108,7 @@ impl Settings {
 /// All inputs of building a method. The window builds a method again when its recipe changes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Recipe {
-    /// The surface. For scalar methods that do not conserve energy it has no settings that are options of the shader.
+    /// The surface. Obliquity and shadowing have their defaults unless the method conserves energy by a table.
     surface: SurfaceConfig,
     kind: MethodKind,
     options: MethodOptions,
@@ -163,7 +169,7 @@ mod tests {
         }
     }
 
-    /// Only tables that conserve energy depend on the optics.
+    /// Among scalar methods, only tables that conserve energy depend on the optics.
     #[test]
     fn tables_conserve_energy_on_request() {
         let with = |conserve_energy, shadowing, kind| {

@@ -7,7 +7,7 @@ use sunbeam_realtime::{DEGREES_PER_POINT, GpuError, Light};
 const WIDGET_POINTS: f32 = 92.0;
 /// Radius of the sun in points.
 const SUN_RADIUS_POINTS: f32 = 6.0;
-/// Radius of the disc in points. The sun at its edge, with its outline, still lies within the widget.
+/// Radius of the disc in points. A sun at the disc's edge, with its outline of one point, still lies within the widget.
 const DISC_RADIUS_POINTS: f32 = 0.5 * WIDGET_POINTS - SUN_RADIUS_POINTS - 1.0;
 
 /// Direction of the sun.
@@ -109,7 +109,7 @@ mod tests {
 
     #[test]
     fn positions_in_the_disc_give_back_the_sun() {
-        // The lower edge is behind the camera, the right edge on its right.
+        // The lower edge of the disc is behind the camera, the right edge on the camera's right.
         let behind = Sun::new(-100.0, 0.5).position(-100.0);
         assert!((behind - Vec2::new(0.0, 1.0)).length() < 1e-3);
         let right = Sun::new(-10.0, 0.5).position(-100.0);

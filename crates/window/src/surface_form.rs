@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use sunbeam::config::{ReliefSource, Source, SurfaceConfig};
 use sunbeam::height_field::Preset;
 
-// Ranges of controls: usual values. Options of the command line accept more.
+// Ranges of controls contain the usual values. Options of the command line accept more.
+
 /// Range of the control for periods in µm.
 const PERIOD_UM: RangeInclusive<f64> = 0.2..=50.0;
 /// Range of the controls for heights in µm.

@@ -40,7 +40,7 @@ impl Shown {
 }
 
 impl ToneMapper {
-    /// Compiles the pass.
+    /// Compiles the tone mapping.
     pub(crate) fn new(device: &wgpu::Device) -> Self {
         Self { pass: TonePass::new(device, FORMAT), shown: None }
     }
@@ -62,7 +62,7 @@ impl ToneMapper {
     }
 }
 
-/// A texture that the pass can draw into, egui can show, and tests can read.
+/// A texture that the tone mapping can draw into, egui can show, and tests can read.
 fn texture(device: &wgpu::Device, size: wgpu::Extent3d) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
         label: Some("shown"),

@@ -3,7 +3,7 @@
 use eframe::egui::{Align2, ComboBox, DragValue, Sense, TextStyle, Ui, emath::Numeric, vec2};
 use std::ops::RangeInclusive;
 
-/// Width of the labels in points, chosen. A longer label is cut off.
+/// Width of the labels in points. Labels beyond it are cut off; a larger width leaves less of the panel to the widgets.
 const LABEL_POINTS: f32 = 112.0;
 /// Largest number of decimals of a number.
 const DECIMALS_MAX: usize = 4;

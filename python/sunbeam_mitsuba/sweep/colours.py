@@ -1,7 +1,7 @@
 """Colours of spectral reflectances: CIE XYZ (1931 observer), linear sRGB, CIELAB, and gamuts in CIE 1976 u'v'.
 
-The colour of a reflectance R under an illuminant L is XYZ = Σ R(λ) L(λ) x̄ȳz̄(λ) / Σ L(λ) ȳ(λ), summed over uniform
-wavelengths λ, so a perfect reflector (R = 1) has Y = 1. The sums also apply to a BSDF; colours are then in 1/sr.
+The colour of a reflectance R under an illuminant L is XYZ = Σ R(λ) L(λ) x̄ȳz̄(λ) / Σ L(λ) ȳ(λ), with sums over uniform
+wavelengths λ. So a perfect reflector (R = 1) has Y = 1. The sums also apply to a BSDF; colours are then in 1/sr.
 """
 
 from __future__ import annotations

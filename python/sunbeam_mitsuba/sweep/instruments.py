@@ -62,7 +62,8 @@ def _folder() -> TemporaryDirectory[str]:
     return TemporaryDirectory(prefix="sunbeam-")
 
 
-# Beyond its size the cache forgets paths. Their files stay, and an instrument's file is converted again where needed.
+# Beyond `maxsize` paths the cache forgets the oldest. Their files stay, and an instrument's file is converted again
+# where needed.
 @lru_cache(maxsize=4096)
 def _gsf_of(name: str, changed_ns: int, channel: str | None, pixel_size: float | None) -> str:
     """Converts a file and returns the path of its ``.gsf``; ``pixel_size`` is in µm.

@@ -21,7 +21,7 @@ class Progress:
     """
 
     def __init__(self, total: int, done: int, failed: int, shown: bool):
-        """``done`` of the ``total`` cases have results of an earlier sweep, ``failed`` of them failures.
+        """Begins with ``done`` of the ``total`` cases, which an earlier run computed; ``failed`` of these have failed.
 
         Without ``shown`` cases are only counted.
         """

@@ -149,10 +149,10 @@ def _with_progress(message: str, counter: Progress, fresh: bool) -> str:
 
 
 def _pending_cases(spec: Spec, cases: list[Case], retry_failed: bool) -> tuple[list[Case], int]:
-    """The cases to compute, and the number of failed cases among the others.
+    """The cases to compute, and the number of failed cases among those that are kept.
 
-    Cases to compute have no result, an outdated one, or with ``retry_failed`` a failed one. Their results are removed,
-    since workers skip a case with a result. Raises :class:`StoreError` where that is impossible.
+    Cases to compute have no result or an outdated one, or have failed where ``retry_failed`` is set. Their results are
+    removed, since workers skip a case with a result. Raises :class:`StoreError` where a result cannot be removed.
     """
     pending, failed = [], 0
     for case in cases:

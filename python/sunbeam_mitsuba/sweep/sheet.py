@@ -18,7 +18,8 @@ from .store import SHEET, write_whole
 _ROWS_MAX = 2000
 # Kinds of columns with a single value in a row, unlike those with a table in a cell.
 _SINGLE_VALUE_KINDS = ("number", "whole", "text", "truth")
-# Columns left out. The version is below the title, failed rows are coloured, and the others are for programs.
+# Columns left out. The version is below the title, and failed rows are coloured. ``identity`` and ``input_sha256`` are
+# for programs.
 _LEFT_OUT = ("identity", "version", "input_sha256", "status")
 
 

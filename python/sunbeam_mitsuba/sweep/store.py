@@ -71,7 +71,7 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def picture_name(identity: str, ending: str) -> str:
-    """Path of a picture relative to the sweep's folder. ``ending``: such as ``map.exr``, unique in its case."""
+    """Path of a picture relative to the sweep's folder. ``ending``, such as ``map.exr``, is unique within a case."""
     return f"pictures/{identity[:2]}/{identity}-{ending}"
 
 
@@ -171,8 +171,8 @@ class Store:
     def open(self, fresh: bool) -> None:
         """Locks the folder and creates it where it is missing; ``fresh`` removes an earlier sweep's results.
 
-        Raises :class:`SweepError`, with the folder unlocked, where another sweep has locked the folder, where it is not
-        empty and not a sweep's, and where it cannot be written.
+        Raises :class:`SweepError` where another sweep has locked the folder, where it is not empty and not a sweep's,
+        and where it cannot be written. The folder is then not locked by this process.
         """
         try:
             self.folder.mkdir(parents=True, exist_ok=True)

@@ -22,10 +22,11 @@ from .reflector import Reflector, make_reflector
 # build also holds: values at all knots, grids of transforms, the sampler and the albedo. Larger values refuse surfaces
 # that would fit; with smaller ones the system kills workers.
 _PEAK_OVER_TABLE = 6.0
-#: Memory of a worker in bytes without tables: Python, Mitsuba, and one batch of directions, with a margin. Chosen.
+#: Memory of a worker in bytes without tables: Python, Mitsuba, and one batch of directions, with a margin. Larger
+#: values allow fewer workers and refuse surfaces that would fit; with smaller ones the system may kill workers.
 WORKER_BYTES = 0.6e9
-#: Largest fraction of the memory for tables that held surfaces take between builds. Chosen: larger values build fewer
-#: surfaces again; smaller ones leave more for pictures.
+#: Largest fraction of the memory for tables that held surfaces take between builds. With a larger fraction fewer
+#: surfaces are built again; a smaller one leaves more memory for pictures.
 HELD_FRACTION = 0.5
 # Presets whose tables take only some megabytes at coherence lengths of at most _SMALL_COHERENCE_UM µm. They need no
 # estimate, which would run the command.
@@ -33,8 +34,8 @@ _SMALL_PRESETS = ("flat", "sinusoidal", "blazed", "lamellar")
 _SMALL_COHERENCE_UM = 1000.0
 # Default of the parameter `coherence_length` in µm, equal to the library's (src/config/); no test compares them.
 _DEFAULT_COHERENCE_UM = 65.0
-# Largest number of surfaces estimated before the workers start; workers estimate the others. Chosen: each estimate runs
-# the command, so larger values delay the start. Smaller ones may miss the largest surface.
+# Largest number of surfaces estimated before the workers start; workers estimate the others. Each estimate runs the
+# command ``sunbeam``, so larger values delay the start. Smaller ones may miss the largest surface.
 _ESTIMATED_BEFORE = 32
 
 

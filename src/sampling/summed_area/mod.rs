@@ -1,11 +1,12 @@
 //! Summed-area table: masses on a rectangular lattice that are summed over, and sampled within, any rectangle.
 //!
-//! A mass is a non-negative weight in proportion to which nodes are drawn. Each node holds a mass in each of [`BANDS`]
-//! bands, rounded to a whole number of *counts* with 12 significant bits ([`encode`]). Sums of counts are exact, so a
-//! density equals the probability of the sample.
+//! A mass is a non-negative weight: nodes are drawn in proportion to their masses. Each node holds a mass in each of
+//! [`BANDS`] *bands*, which are several tables over one lattice. A mass is rounded to a whole number of *counts* with
+//! 12 significant bits ([`encode`]). Sums of counts are exact, so the density that is computed for a sample is exactly
+//! the probability with which the sample is drawn.
 //!
 //! ```text
-//! T[y][x][b] = Σ counts in band b of the blocks before column x and before row y      table of sums
+//! T[y][x][b] = Σ counts in band b of all blocks in columns before x and rows before y      table of sums
 //! counts(rectangle) = T[top][right] − T[top][left] − T[bottom][right] + T[bottom][left]     left < right, bottom < top
 //! ```
 //!
@@ -19,11 +20,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 pub use view::{Drawn, Rectangle, SummedAreaView};
 
-/// Masses per node: bands of κ of the spectral sampler, slices of w of the colour sampler. A node's counts fill the
-/// four halves of two words. The sums at a block's corner fill one packet.
+/// Masses per node: bands of the phase rate κ in the sampler of one wavelength, slices of w = cosθi + cosθo in the
+/// sampler of colours. Counts have 16 bits, so the four counts of a node fill two words. The four sums at a block's
+/// corner fill one packet.
 pub const BANDS: usize = 4;
 /// Nodes of a block along either axis, a power of two. Chosen: larger blocks need less memory for the sums, but widen
-/// rectangles more.
+/// rectangles more, so more samples fall outside the wanted range.
 const BLOCK: usize = 4;
 /// Binary logarithm of [`BLOCK`].
 const BLOCK_SHIFT: u32 = BLOCK.ilog2();
@@ -33,8 +35,8 @@ const PACKET_WORDS: u32 = 4;
 const BLOCK_PACKETS: u32 = (BLOCK * BLOCK) as u32 * 2 / PACKET_WORDS;
 /// Words of a block's counts.
 const BLOCK_WORDS: usize = (PACKET_WORDS * BLOCK_PACKETS) as usize;
-/// Largest sum of counts in a band. Five bits of exponent hold counts below 2³¹. The margin of 1e-3 is chosen, larger
-/// than the fraction 2⁻¹² by which encoding may raise a count.
+/// Largest sum of counts in a band. Codes have five bits of exponent, enough for counts below 2³¹. The margin of 1e-3
+/// is chosen, larger than the fraction 2⁻¹² by which encoding may raise a count.
 const TOTAL_MAX: f64 = 0.999 * (1u64 << 31) as f64;
 /// Bits of an encoded count after the leading one.
 const MANTISSA_BITS: u32 = 11;
@@ -52,12 +54,13 @@ pub struct SummedAreaLayout {
     pub nodes: [u32; 2],
     /// Blocks along x and y; the padding nodes of the last blocks have no mass.
     pub blocks: [u32; 2],
-    /// Start of the counts, in packets of four words: `[block along y][block along x][node along y][node along x]`, two
-    /// words per node. Their halves are the codes of the four bands, the lower half first.
-    pub masses: u32,
-    /// Start of the sums T, in packets of four words: `[block along y][block along x][band]`, with one more row and
-    /// column than there are blocks.
-    pub sums: u32,
+    /// Start of the counts, in packets of four words. Counts are in the order of
+    /// `[block along y][block along x][node along y][node along x]`, two words per node. The halves of the words are
+    /// the codes of the four bands, the lower half first.
+    pub counts_start: u32,
+    /// Start of the sums T, in packets of four words. Sums are in the order of `[block along y][block along x][band]`,
+    /// with one more row and column than there are blocks.
+    pub sums_start: u32,
     /// Mass of one count in each band.
     pub unit: [f32; BANDS],
 }
@@ -95,8 +98,8 @@ impl SummedArea {
         let layout = SummedAreaLayout {
             nodes: nodes.map(|n| n as u32),
             blocks: blocks.map(|n| n as u32),
-            masses: 0,
-            sums: (sums_start / PACKET_WORDS as usize) as u32,
+            counts_start: 0,
+            sums_start: (sums_start / PACKET_WORDS as usize) as u32,
             unit: counts_per_mass.map(|scale| if scale > 0.0 { (1.0 / scale) as f32 } else { 0.0 }),
         };
         Self { layout, words }
@@ -128,7 +131,7 @@ fn totals(masses: &[[f32; BANDS]]) -> [f64; BANDS] {
     masses.iter().fold([0.0; BANDS], |sum, mass| std::array::from_fn(|b| sum[b] + positive(mass[b])))
 }
 
-/// Encoded counts of all nodes, arranged as [`SummedAreaLayout::masses`] describes. `nodes` and `blocks` are numbers
+/// Encoded counts of all nodes, in the order of [`SummedAreaLayout::counts_start`]. `nodes` and `blocks` are numbers
 /// along x and y.
 fn encoded(nodes: [usize; 2], blocks: [usize; 2], masses: &[[f32; BANDS]], counts_per_mass: [f64; BANDS]) -> Vec<u32> {
     let mut words = vec![0u32; blocks[0] * blocks[1] * BLOCK_WORDS];
@@ -151,7 +154,7 @@ fn encoded(nodes: [usize; 2], blocks: [usize; 2], masses: &[[f32; BANDS]], count
     words
 }
 
-/// The sums T of the counts that [`encoded`] returns, arranged as [`SummedAreaLayout::sums`] describes. The first row
+/// The sums T of the counts that [`encoded`] returns, in the order of [`SummedAreaLayout::sums_start`]. The first row
 /// and column are zeros.
 fn sums_of_blocks(codes: &[u32], blocks: [usize; 2]) -> Vec<u32> {
     let stride = BANDS * (blocks[0] + 1);
@@ -176,8 +179,9 @@ fn sums_of_blocks(codes: &[u32], blocks: [usize; 2]) -> Vec<u32> {
     sums
 }
 
-/// Encodes a positive count, rounded to 12 significant bits, in 16 bits. The upper 5 bits are its binary exponent plus
-/// one, the lower 11 the bits after the leading one. No positive count has the code 0, which stands for zero.
+/// Code of a positive count, in 16 bits: the count is rounded to 12 significant bits. The upper 5 bits are its binary
+/// exponent plus one, the lower 11 the bits after the leading one. No positive count has the code 0, which stands for
+/// zero.
 fn encode(count: u32) -> u32 {
     let exponent = count.ilog2();
     let mantissa = if exponent > MANTISSA_BITS {
@@ -186,7 +190,8 @@ fn encode(count: u32) -> u32 {
     } else {
         count << (MANTISSA_BITS - exponent)
     };
-    // The mantissa's leading one adds one to the exponent, and a carry of the rounding another.
+    // `mantissa` includes the leading one, which adds one to the exponent. If rounding carries to the next power of
+    // two, it adds another one, as it must.
     (exponent << MANTISSA_BITS) + mantissa
 }
 

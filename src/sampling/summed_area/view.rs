@@ -1,8 +1,13 @@
 //! Evaluator of a [`super::SummedArea`] for all families of numbers: sums over rectangles, interpolation, sampling.
 //!
 //! Nodes of a grid have masses in [`BANDS`] bands, stored as whole counts in blocks of [`BLOCK`] × [`BLOCK`] nodes. A
-//! node has two words, of two 16-bit codes each: the counts of bands 0 to 3 ([`EXPONENT_SHIFT`]). All sums are counts;
+//! node has two words, of two 16-bit codes each: the counts of bands 0 to 3 ([`EXPONENT_SHIFT`]). Words are read in
+//! packets: `gather::<W>(words, i)` reads the words W·i to W·i + W − 1. All sums are counts;
 //! [`SummedAreaLayout::unit`] is the mass of one count in each band.
+//!
+//! `N` is a family of numbers (`src/numeric`). An `N::Real` is one number, a SIMD vector or a traced variable, and an
+//! `N::Index` likewise an unsigned integer; `lit` makes constants. Results are zero where the mask `active` is false,
+//! unless a comment says otherwise.
 
 use super::{BANDS, BLOCK, BLOCK_PACKETS, BLOCK_SHIFT, EXPONENT_SHIFT, SummedAreaLayout};
 use crate::numeric::{Index, Number, Numbers, Real};
@@ -36,8 +41,8 @@ pub struct SummedAreaView<N: Numbers> {
 }
 
 impl<N: Numbers> SummedAreaView<N> {
-    /// Blocks that contain all nodes between the positions `low` and `high`, in nodes along x and y, cut to the grid. A
-    /// range without a node has one block or none along its axis.
+    /// Rectangle of the blocks that contain all nodes between the positions `low` and `high`, in nodes along x and y,
+    /// cut to the grid. Along an axis without a node between both positions, the rectangle has one block or none.
     #[inline(always)]
     pub fn rectangle(&self, low: [N::Real; 2], high: [N::Real; 2]) -> Rectangle<N> {
         let lit = N::Real::lit;
@@ -52,7 +57,7 @@ impl<N: Numbers> SummedAreaView<N> {
         Rectangle { low: [left, bottom], high: [right, top] }
     }
 
-    /// Counts of a rectangle in each band, from the sums at its four corners; zeros where the mask is false.
+    /// Total counts of a rectangle in each band, from the sums at its four corners.
     #[inline(always)]
     pub fn counts(&self, rectangle: &Rectangle<N>, active: N::Mask) -> [N::Index; BANDS] {
         let sums = |x: N::Index, y: N::Index| N::gather::<4>(self.words, self.corner(x, y), active);
@@ -63,20 +68,20 @@ impl<N: Numbers> SummedAreaView<N> {
         std::array::from_fn(|b| (top_right[b] - top_left[b]) - (bottom_right[b] - bottom_left[b]))
     }
 
-    /// Counts of a node in each band, from its column and row; zeros where the mask is false.
+    /// Counts of a node in each band, from its column and row.
     #[inline(always)]
     pub fn node_counts(&self, node: [N::Index; 2], active: N::Mask) -> [N::Real; BANDS] {
         let [block_x, block_y] = node.map(|n| n >> BLOCK_SHIFT);
         let block = block_y * N::Index::lit(self.layout.blocks[0]) + block_x;
         let [x, y] = node.map(|n| n & N::Index::lit(BLOCK as u32 - 1));
         let within = y * N::Index::lit(BLOCK as u32) + x;
-        // Index in pairs of words, one pair per node; a packet has two pairs.
-        let index = N::Index::lit(2 * self.layout.masses) + block * N::Index::lit(2 * BLOCK_PACKETS) + within;
+        // Index in pairs of words, one pair per node. `counts_start` is in packets of two pairs.
+        let index = N::Index::lit(2 * self.layout.counts_start) + block * N::Index::lit(2 * BLOCK_PACKETS) + within;
         let [a, b] = N::gather::<2>(self.words, index, active);
         let (low, high) = (N::Index::lit(0xffff), N::Index::lit(0xffff_0000));
         let shift = N::Index::lit(EXPONENT_SHIFT);
-        // The four codes, each shifted left by 12 bits from the lower half, so that adding `shift` gives the bits of
-        // the count ([`EXPONENT_SHIFT`]). Rounding down takes code 0, which reads as ½, to 0.
+        // The four codes times 2¹², so that adding `shift` gives the bits of the count in single precision
+        // ([`EXPONENT_SHIFT`]). Rounding down takes code 0, which reads as ½, to 0.
         [(a & low) << 12, (a & high) >> 4, (b & low) << 12, (b & high) >> 4]
             .map(|bits| N::from_bits(bits + shift).floor())
     }
@@ -93,9 +98,9 @@ impl<N: Numbers> SummedAreaView<N> {
         self.weighted(&taps[0], &taps[1], rectangle, active)
     }
 
-    /// Weighted sum of counts in each band over the nodes of all columns and rows given. Each column and row is a whole
-    /// number of nodes with a weight; a node's weight is the product of its column's and its row's. Nodes outside the
-    /// rectangle count as zero.
+    /// Weighted sum of counts in each band over the nodes of all columns and rows given. Each column and row is a
+    /// whole number of nodes with a weight; a node's weight is the product of the weights of its column and its row.
+    /// Nodes outside the rectangle count as zero.
     #[inline(always)]
     pub fn weighted(
         &self,
@@ -132,22 +137,22 @@ impl<N: Numbers> SummedAreaView<N> {
     pub fn choose(&self, rectangle: &Rectangle<N>, band: N::Index, u: [N::Real; 2], active: N::Mask) -> Drawn<N> {
         let Rectangle { low: [left, bottom], high: [right, top] } = *rectangle;
         let sum = |x: N::Index, y: N::Index, active: N::Mask| {
-            // A packet of the corner has four words, one for each band.
+            // The packet of a corner has four words, one for each band.
             let [sum] = N::gather::<1>(self.words, (self.corner(x, y) << 2) + band, active);
             sum
         };
         let one = N::Index::lit(1);
-        // Row of blocks: counts of the rectangle's columns in the rows before `row`.
+        // Draws the row of blocks by the counts, in the rectangle's columns, of all rows before `row`.
         let before_row = |row: N::Index, active: N::Mask| sum(right, row, active) - sum(left, row, active);
         let (row, v) = bisect::<N>([bottom, top], u[1], active, before_row);
-        // Column of blocks: counts of that row in the columns before `column`.
+        // Draws the column of blocks by the counts, in that row, of all columns before `column`.
         let before_column =
             |column: N::Index, active: N::Mask| sum(column, row + one, active) - sum(column, row, active);
         let (column, u) = bisect::<N>([left, right], u[0], active, before_column);
         // Counts of the block's nodes, [node along y][node along x], in the band. A packet holds two nodes, so the four
         // nodes of a row fill two packets.
         let block = row * N::Index::lit(self.layout.blocks[0]) + column;
-        let packet = N::Index::lit(self.layout.masses) + block * N::Index::lit(BLOCK_PACKETS);
+        let packet = N::Index::lit(self.layout.counts_start) + block * N::Index::lit(BLOCK_PACKETS);
         // Bands 0 and 1 are the halves of a node's first word, 2 and 3 those of its second.
         let (is_second_word, is_upper_half) = (one.lt(band), one.le(band & one));
         let count = |first: N::Index, second: N::Index| {
@@ -160,7 +165,7 @@ impl<N: Numbers> SummedAreaView<N> {
             let ([a, b, c, d], [e, f, g, h]) = (read(0), read(1));
             [count(a, b), count(c, d), count(e, f), count(g, h)]
         });
-        // Row of the node by the totals of the rows, then its column.
+        // Draws the node's row within the block by the totals of the rows, then its column within the row.
         let (y, v) = draw_of_four::<N>(counts.map(|[a, b, c, d]| a + b + (c + d)), v);
         let chosen_row = std::array::from_fn(|x| element::<N>(counts.map(|row| row[x]), y));
         let (x, u) = draw_of_four::<N>(chosen_row, u);
@@ -171,7 +176,7 @@ impl<N: Numbers> SummedAreaView<N> {
     /// `y`.
     #[inline(always)]
     fn corner(&self, x: N::Index, y: N::Index) -> N::Index {
-        N::Index::lit(self.layout.sums) + y * N::Index::lit(self.layout.blocks[0] + 1) + x
+        N::Index::lit(self.layout.sums_start) + y * N::Index::lit(self.layout.blocks[0] + 1) + x
     }
 }
 
@@ -179,7 +184,7 @@ impl<N: Numbers> SummedAreaView<N> {
 #[inline(always)]
 fn scaled<N: Numbers>(total: N::Index, u: N::Real) -> (N::Index, N::Real) {
     let target = u * N::real(total);
-    // Rounding may raise the product to the total.
+    // Rounding may raise the product to the total. A total of 0, in lanes that are masked, must not underflow.
     let whole = N::index(target).min(total.max(N::Index::lit(1)) - N::Index::lit(1));
     (whole, (target - N::real(whole)).clip(N::Real::lit(0.0), N::Real::lit(1.0)))
 }
@@ -205,7 +210,7 @@ fn bisect<N: Numbers>(
     let (whole, fraction) = scaled::<N>(before(high, active) - start, u);
     let target = start + whole;
     let has_several = |[low, high]: [N::Index; 2]| (low + one).lt(high) & active;
-    // Keeps before(low) ≤ target < before(high). The text labels the loop in recorded kernels.
+    // Keeps before(low) ≤ target < before(high). The text labels the loop in the kernels of traced variables.
     let [found, _] = N::while_loop(c"Bisection", [low, high], has_several, |[low, high]| {
         let middle = (low + high) >> 1;
         let is_lower = target.lt(before(middle, has_several([low, high])));

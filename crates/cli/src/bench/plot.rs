@@ -9,8 +9,8 @@ use svg::node::element::Group;
 const SIZE: (u32, u32) = (560, 420);
 /// Charts in a row.
 const COLUMNS: usize = 2;
-/// Range of the colour difference ΔE₂₀₀₀ (CIEDE2000) that is drawn. Errors outside are drawn at its ends. A difference
-/// of 1 is just noticeable.
+/// Range of the colour difference ΔE₂₀₀₀ (CIEDE2000) that is drawn. Errors outside the range are drawn at its ends. A
+/// difference of 1 is just noticeable.
 const DELTA_E_RANGE: (f64, f64) = (0.01, 100.0);
 /// Radius in pixels of an entry's disc.
 const DISC_RADIUS: f64 = 4.0;
@@ -40,7 +40,7 @@ pub(super) fn svg(surfaces: &[(&str, &[Entry])]) -> String {
 fn surface_chart(name: &str, entries: &[Entry]) -> Group {
     let times = entries.iter().map(|entry| entry.cpu.microseconds);
     let (least, most) = times.fold((f64::INFINITY, 0.0f64), |(least, most), time| (least.min(time), most.max(time)));
-    // Both axes are logarithmic, so the factors leave margins, in which no disc is cut off.
+    // Factors on the ends of a logarithmic axis are margins. They keep the discs at the ends from being cut off.
     let x = Axis::logarithmic("µs per colour on one core", (0.7 * least, 1.4 * most));
     let y = Axis::logarithmic("ΔE₂₀₀₀, 99 % of the directions", (0.8 * DELTA_E_RANGE.0, 1.3 * DELTA_E_RANGE.1));
     let mut chart = Chart::new(SIZE, name, x, y);
@@ -77,10 +77,11 @@ fn point(entry: &Entry) -> (f64, f64) {
     (entry.cpu.microseconds, entry.errors.delta_e_p99.clamp(DELTA_E_RANGE.0, DELTA_E_RANGE.1))
 }
 
-/// Positions of the entries on the Pareto front (methods/pareto.rs) of the two drawn quantities, in order of time.
+/// Positions of the entries on the Pareto front of the two drawn quantities, in order of time: no other entry beats
+/// them in both (methods/pareto.rs).
 ///
-/// Differences that are too small to be seen count as equal ([`clamp_delta_e`]). [`Entry::on_front`] counts the mean
-/// ΔE₂₀₀₀ as well, so it may hold for more entries.
+/// Colour differences that are too small to be seen count as equal ([`clamp_delta_e`]). [`Entry::on_front`] counts the
+/// mean ΔE₂₀₀₀ as a third quantity, so it may hold for more entries.
 fn front_points(entries: &[Entry]) -> Vec<(f64, f64)> {
     let cost = |(time_us, delta_e): (f64, f64)| Cost::new(time_us, [clamp_delta_e(delta_e)]);
     let points: Vec<(f64, f64)> = entries.iter().map(point).collect();

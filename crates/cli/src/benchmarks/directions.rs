@@ -14,8 +14,8 @@ pub(crate) const INCIDENT_DEG: [(f64, f64); 4] = [(0.0, 0.0), (30.0, 20.0), (60.
 /// Steps of the additive low-discrepancy sequence R₂ in the unit square (M. Roberts 2018): 1/x and 1/x² for the real
 /// root of x³ = x + 1.
 const R2_STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-/// Range of the wavelengths in nm for which the sampler draws directions. Beyond it wavelengths hardly contribute to a
-/// colour.
+/// Range of the wavelengths in nm for which the sampler draws directions. Wavelengths beyond this range hardly
+/// contribute to a colour.
 const SAMPLED_NM: [f64; 2] = [400.0, 700.0];
 /// Smallest cosine of an outgoing direction with the normal, about that of 89.9°. The stability benchmark covers
 /// directions nearer to the horizon.
@@ -75,7 +75,7 @@ fn rounded(direction: Vec3) -> Vec3 {
 /// The `i`-th direction of a low-discrepancy sequence that is uniform in solid angle over the upper hemisphere.
 fn uniform(i: usize) -> Vec3 {
     let [a, b] = R2_STEPS.map(|step| (0.5 + step * i as f64).fract());
-    // A cosine that is uniform in [0, 1) makes the direction uniform in solid angle.
+    // Equal ranges of the cosine have equal solid angles, so a uniform cosine gives uniform directions.
     let (cos_theta, phi) = (a.max(COSINE_MIN), TAU * b);
     let sin_theta = (1.0 - cos_theta * cos_theta).sqrt();
     [sin_theta * phi.cos(), sin_theta * phi.sin(), cos_theta]

@@ -6,7 +6,7 @@
 //! - [`sampler`]: statistics of the weights of importance sampling.
 //! - [`stability`]: the sweeps of docs/model.md#hard-cases: deep relief, grazing directions, random queries.
 //!
-//! `Truth` computes the reference spectra, `direction_pairs` the directions at which methods are compared.
+//! `Truth` computes the spectra with which methods are compared, `direction_pairs` the pairs of directions for that.
 
 mod directions;
 mod error;

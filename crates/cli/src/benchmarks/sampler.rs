@@ -1,6 +1,8 @@
 //! Statistics of the weight `f_r·cosθo/pdf` of importance sampling.
 //!
-//! A perfect sampler has a constant weight. Its relative standard deviation determines the noise of a path tracer.
+//! `f_r` is the reflectance and `pdf` the density of the sampled direction, both in 1/sr; θo is the angle of that
+//! direction with the normal. A perfect sampler has a constant weight. The relative standard deviation of the weight
+//! determines the noise of a path tracer.
 
 use crate::arguments::direction_from_degrees;
 use rand::{RngExt, SeedableRng};
@@ -16,7 +18,7 @@ pub const PHIS_DEG: [f64; 3] = [0.0, 25.0, 90.0];
 /// Wavelengths in nm: blue, green and red.
 pub const WAVELENGTHS_NM: [f64; 3] = [450.0, 530.0, 650.0];
 
-/// Statistics of the weight at one incidence and wavelength, without the Fresnel factor.
+/// Statistics of the weight at one direction of incidence and one wavelength, without the Fresnel factor.
 ///
 /// A sample below the horizon is lost and has the weight 0. Ratios to the mean are 0 if the mean is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

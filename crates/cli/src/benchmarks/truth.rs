@@ -10,17 +10,17 @@
 //! - f_j: the frequency of order j in 1/µm;
 //! - h: the height in µm;
 //! - H: half the range of heights in µm;
-//! - s: the standard deviation of the coherence window in µm;
+//! - s: the standard deviation of the coherence window (a Gaussian) in µm;
 //! - g = exp(−2π²s²·|f − f_j|²): the weight of c_j by the coherence window.
 //!
-//! The power spectral density S, from which values S/λ² in 1/sr follow, is a sum over the orders around f:
+//! The power spectral density S in µm² is a sum over the orders around f. Values of [`Truth`] are S/λ² in 1/sr:
 //!
 //! - patch, one fixed coherence window: S = 4πs²·|Σ g·c_j|²;
 //! - ensemble, the mean over all positions of the window: S = 4πs²·Σ g²·|c_j|².
 //!
 //! A transform of the tile for each λ and pair would take too long. Both c_j and |c_j|² are smooth functions of κ: c_j
 //! is a mean of exp(iκh), and |c_j|² is a mean of exp(iκ(h − h′)) with |h − h′| ≤ 2H. The transform is computed at
-//! Chebyshev nodes of κ ∈ [0, κ_max] only. c_j and |c_j|² are interpolated by the polynomial through the nodes.
+//! Chebyshev nodes of κ ∈ [0, κ_max] only. The polynomials through the nodes then interpolate c_j and |c_j|².
 //!
 //! The result is exact to rounding: the number of nodes keeps the remainder below [`REMAINDER`]. [`Truth::check`]
 //! compares values with the direct sum ([`Exact`]).
@@ -41,8 +41,8 @@ use sunbeam::transform::{OrderTransform, chebyshev_terms};
 const REMAINDER: f64 = 1e-12;
 /// Largest exponent a·d² ([`Axis`]) of a Gaussian that is summed. The others are below e⁻²⁹ = 2.5e-13, near rounding.
 const EXPONENT_MAX: f64 = 29.0;
-/// Step between the wavelengths that [`Truth::check`] compares, as a number of wavelengths. It is prime, so that the
-/// checks spread over all wavelengths.
+/// Step between the wavelengths that [`Truth::check`] compares, as a number of wavelengths modulo their count. It is a
+/// large prime, so that the checks spread over all wavelengths.
 const CHECK_STRIDE: usize = 7919;
 
 /// `S/λ²` in 1/sr of both models, for a periodic tile.
@@ -116,9 +116,10 @@ struct Orders {
 impl Orders {
     /// Adds one Chebyshev node's contribution to `total`, over the orders around f.
     ///
-    /// `position` is f in orders along x and y. `amplitudes` are the c_j of all orders at the node's κ, row-major in
-    /// FFT order. `polynomial` returns the value of the node's Lagrange polynomial at the pair's κ. It is called only
-    /// if there are orders around f. `gaussians` is scratch memory for x and y.
+    /// `position` is f in orders along x and y. `amplitudes` are the c_j of all orders at the node's κ, row-major, with
+    /// order 0 first and negative orders last along each axis. `polynomial` returns the value of the node's Lagrange
+    /// polynomial at the pair's κ. It is called only if there are orders around f. `gaussians` is scratch memory for x
+    /// and y.
     fn add(
         &self,
         position: [f64; 2],
@@ -177,7 +178,7 @@ impl Truth {
             let add_node = |gaussians: &mut [Vec<f64>; 2], (totals, q): (&mut [Total], &[f64; 3])| {
                 for (i, total) in totals.iter_mut().enumerate() {
                     let um = wavelength_um(i);
-                    // κ ∈ [0, κ_max] mapped to [−1, 1].
+                    // κ = 2π·qz/λ ∈ [0, κ_max] mapped to [−1, 1].
                     let x = (2.0 * TAU * q[2] / (um * kappa_max) - 1.0).clamp(-1.0, 1.0);
                     let position = [q[0] * lx / um, q[1] * ly / um];
                     tile_orders.add(position, &amplitudes, || lagrange(node_angle, x, nodes), gaussians, total);

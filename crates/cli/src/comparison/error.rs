@@ -26,7 +26,7 @@ pub(crate) enum CompareError {
     /// An exposure in stops (powers of two) that is not finite, or beyond ±`STOPS_MAX` (mod.rs).
     #[error("the exposure is {stops} stops, but must be in [-100, 100]")]
     Exposure { stops: f64 },
-    /// A file that cannot be read, or whose format is wrong.
+    /// A file that cannot be read, or whose format or contents are wrong.
     #[error("{}: {reason}", path.display())]
     File { path: PathBuf, reason: String },
 }

@@ -1,6 +1,7 @@
-//! The figures of a comparison, numbers that measure the differences of two pictures: of their radiance (RMSE, relative
-//! MSE), and as shown on a screen (PSNR, CIEDE2000, FLIP). A picture as shown is exposed and clipped to [0, 1]
-//! (display.rs).
+//! The figures of a comparison: numbers that measure the differences of two pictures.
+//!
+//! RMSE and relative MSE compare radiance. PSNR, CIEDE2000 (a difference of two colours; 1 is just noticeable) and FLIP
+//! compare the pictures as shown on a screen, exposed and clipped to [0, 1] (display.rs).
 
 use super::{DisplayPair, Picture};
 use serde::Serialize;
@@ -64,7 +65,7 @@ impl Figures {
         let squared_difference = |(a, b): (f64, f64)| (b - a) * (b - a);
         let mse: f64 = per_channel(channels().map(squared_difference).sum());
         let relative = |(a, b): (f64, f64)| squared_difference((a, b)) / (a * a + epsilon * epsilon);
-        // Equal black pictures would give 0/0. A black reference of another picture gives infinity or NaN.
+        // Two black pictures would give 0/0. A black reference of a picture that is not black gives infinity or NaN.
         let relative_mse = if mse == 0.0 { 0.0 } else { per_channel(channels().map(relative).sum()) };
 
         let [shown_a, shown_b] = shown.linear();
@@ -96,7 +97,7 @@ fn mean_of(values: &[f64]) -> f64 {
 /// The smallest value that a `fraction` of the values does not exceed. Requires at least one value, and a `fraction` in
 /// (0, 1]. Reorders the values.
 fn quantile(values: &mut [f64], fraction: f64) -> f64 {
-    // Index among the sorted values, from 0.
+    // Index of the quantile among the sorted values, from 0.
     let rank = (fraction * values.len() as f64).ceil() as usize - 1;
     *values.select_nth_unstable_by(rank, f64::total_cmp).1
 }

@@ -1,4 +1,4 @@
-//! The perceptual metric FLIP for low-dynamic-range pictures, by the crate `nv_flip`, which wraps its authors' code.
+//! The perceptual metric FLIP for low-dynamic-range pictures. The crate `nv_flip` wraps the code of its authors.
 //!
 //! P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström, M. D. Fairchild, *FLIP: A Difference Evaluator
 //! for Alternating Images*, Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020. The input is 8-bit sRGB. The viewing
@@ -21,7 +21,7 @@ pub(super) fn coloured(size: (usize, usize), errors: &[f32]) -> Vec<u8> {
     FlipImageFloat::with_data(width, height, errors).apply_color_lut(&magma_lut()).to_vec()
 }
 
-/// Width and height in 32 bits. [`super::Picture`] refuses larger ones.
+/// Width and height in 32 bits. They fit, since a [`super::Picture`] has at most 2^28 pixels.
 fn size_in_32_bits((width, height): (usize, usize)) -> (u32, u32) {
     (width as u32, height as u32)
 }

@@ -6,8 +6,8 @@ use std::ffi::OsStr;
 use std::io::Cursor;
 use std::path::Path;
 
-/// Upper bound on the compression ratio of Deflate (1032), with a margin for headers. It bounds the memory for a
-/// damaged PNG.
+/// Upper bound on the compression ratio of a PNG: that of Deflate is at most 1032, and the rest is a margin. It bounds
+/// the memory for a damaged PNG, whose header may state any size.
 const DEFLATE_RATIO_MAX: usize = 1040;
 
 /// The pixels that are compared.
@@ -76,7 +76,7 @@ impl Mask {
         if u64::from(width) * u64::from(height) > PIXELS_MAX as u64 {
             return Err(unreadable(format!("it has {width} x {height} pixels; at most 2^28 can be compared")));
         }
-        // Bytes of all samples before the expansion, with the filter byte of each row.
+        // Bytes of all samples as Deflate returns them: before the expansion, with the filter byte of each row.
         let (unpacked, packed) = (header.raw_bytes(), file.len());
         if unpacked / DEFLATE_RATIO_MAX > packed {
             return Err(unreadable(format!("its {unpacked} bytes of samples do not fit into {packed} packed ones")));
@@ -86,7 +86,7 @@ impl Mask {
         let mut bytes = vec![0; length];
         let info = reader.next_frame(&mut bytes).map_err(|error| unreadable(error.to_string()))?;
         // Samples of a pixel, and how many of them are colours; alpha comes last. The expansion leaves no indexed
-        // colours.
+        // colours, but the `match` needs their case.
         let (samples, colours) = match info.color_type {
             png::ColorType::Grayscale | png::ColorType::Indexed => (1, 1),
             png::ColorType::GrayscaleAlpha => (2, 1),

@@ -39,7 +39,8 @@ pub(crate) struct Comparison {
 /// Compares `b` with the reference `a` inside the mask; without a mask everywhere.
 ///
 /// The pictures as shown are multiplied by `2^exposure_stops` and clipped to [0, 1]. By default the exposure clips 1 %
-/// of the reference's compared pixels that are not black. FLIP and PSNR use the sRGB encoding, ΔE uses linear values.
+/// of the reference's compared pixels that are not black. FLIP and PSNR use the sRGB encoding, CIEDE2000 uses CIELAB of
+/// the linear values.
 ///
 /// # Errors
 /// Sizes that differ between the pictures or the mask, a mask without pixels, an exposure out of range.

@@ -1,4 +1,4 @@
-//! A picture in linear sRGB, read from an OpenEXR file.
+//! A picture in linear sRGB, read from an OpenEXR file. A *sample* is the number of one channel at one pixel.
 
 use super::CompareError;
 use exr::meta::MetaData;
@@ -8,8 +8,8 @@ use std::path::Path;
 
 /// Largest number of pixels. FLIP indexes three channels of one byte each with 32 bits: 3 · 2^28 fits.
 pub(super) const PIXELS_MAX: usize = 1 << 28;
-/// Largest number of samples for each byte of an OpenEXR file, which bounds the memory for a damaged file. Only DWA
-/// compression of a single colour exceeds this ratio, and is refused.
+/// Largest number of samples for each byte of an OpenEXR file. It bounds the memory for a damaged file, whose header
+/// may state any size. Only a picture of a single colour in DWA compression exceeds this ratio; it is refused.
 const SAMPLES_PER_BYTE_MAX: usize = 2048;
 /// Names of the channels in an OpenEXR file.
 const CHANNELS: [char; 3] = ['R', 'G', 'B'];
@@ -101,14 +101,13 @@ pub(super) fn exr_channels(path: &Path) -> Result<((usize, usize), Channels), Co
     Ok(((layer.size.width(), layer.size.height()), channels.collect()))
 }
 
-/// Refuses a size that the file cannot hold or that exceeds [`PIXELS_MAX`], before memory is allocated for it. A header
-/// may state any size.
+/// Refuses a size that the file cannot hold or that exceeds [`PIXELS_MAX`], before memory is allocated for it.
 fn check_size(bytes: &[u8]) -> Result<(), String> {
     let pedantic = false;
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), pedantic).map_err(|error| error.to_string())?;
     for header in &meta.headers {
         let Vec2(width, height) = header.layer_size;
-        // A mask (mask.rs) allocates one flag for each pixel, even for a file without channels.
+        // Even for a file without channels, a mask (mask.rs) allocates one flag for each pixel.
         let channels = header.channels.list.len().max(1);
         let most = PIXELS_MAX.saturating_mul(channels).min(SAMPLES_PER_BYTE_MAX.saturating_mul(bytes.len()));
         let samples = width.checked_mul(height).and_then(|pixels| pixels.checked_mul(channels));

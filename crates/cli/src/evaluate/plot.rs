@@ -1,16 +1,19 @@
-//! The plot of `sunbeam evaluate`: the response `S/λ²` over wavelength and angle of view as a map of blue cells.
+//! The plot of `sunbeam evaluate`: the response over wavelength and angle of view as a map of blue cells.
 //!
-//! Two curves lie over the map: the brightest angle at each wavelength, and the first order of the grating equation.
-//! Each column of cells is relative to its own largest value, so that the peak shows at every wavelength.
+//! The response is the reflectance of the relief without its material, `S/λ²` in 1/sr (evaluate.rs). Two curves lie
+//! over the map: the brightest angle at each wavelength, and the first order by the grating equation. Each column of
+//! cells is relative to its own largest value, so that the peak shows at every wavelength.
 
 use super::Response;
 use crate::chart::{Axis, Chart, Corner, Stroke, drawing};
 
 /// Width and height of the drawing in pixels.
 const SIZE: (u32, u32) = (900, 600);
-/// Largest number of cells along each axis. A response may have millions of values, which would make the file large.
+/// Largest number of cells along each axis. A response may have millions of values, and the file grows with the square
+/// of this number; with smaller ones narrow peaks look wide.
 const CELLS_MAX: usize = 150;
-/// Shade, from 0 to 1, up to which a cell is left out, since it would look white.
+/// Shade, from 0 to 1, up to which a cell is left out: it would look white. At this shade red and green differ by 2 of
+/// 255 from white.
 const SHADE_MIN: f64 = 0.01;
 
 /// Draws the response as SVG, with the angles of its peaks and of the grating equation, one for each wavelength.
@@ -53,7 +56,7 @@ fn draw_cells(chart: &mut Chart, response: &Response) {
             // The square root makes faint values visible.
             let shade = (in_cell.fold(0.0f64, |a, b| a.max(*b)) / brightest).sqrt();
             if shade > SHADE_MIN {
-                // From white at shade 0 to #3737ff at shade 1.
+                // From white at shade 0 to blue, #3737ff, at shade 1.
                 let red_and_green = 255 - (200.0 * shade) as u8;
                 let colour = format!("#{red_and_green:02x}{red_and_green:02x}ff");
                 let corner = |column, row| (edge(x_range, column, columns), edge(y_range, row, rows));

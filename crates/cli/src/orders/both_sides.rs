@@ -2,7 +2,7 @@
 //!
 //! The relief varies along x alone, and its grooves are along y. The body is an interface to a medium, or a film of the
 //! medium with a flat lower side. An order below a film either passes the flat side, or is reflected there totally and
-//! stays trapped.
+//! stays trapped. The magnetic field of TE light has no component along y, nor has the electric field of TM light.
 
 use super::screen::Screen;
 use super::solve::{Order, Side, SolvedOrders};
@@ -43,8 +43,8 @@ fn rigorous(
         }
     });
     let orders: Vec<Order> = above.chain(below).collect();
-    // Fraction of the TE or TM light that no order carries, such as the partial reflection at a film's flat side. At
-    // least 0, since the sum may exceed 1 by the error of the balance.
+    // Fraction of the TE or TM light that no order carries, such as the partial reflection at a film's flat side. It is
+    // at least 0, although the sum of the orders may exceed 1 by the error of the balance.
     let uncarried = |state: fn(&Order) -> Option<f64>| (1.0 - orders.iter().filter_map(state).sum::<f64>()).max(0.0);
     Ok(SolvedOrders {
         theory: Theory::Rigorous.name(),
@@ -67,7 +67,7 @@ fn scalar(
     wavelength_nm: f64,
 ) -> Result<SolvedOrders, BuildError> {
     let screen = Screen::new(config, wavelength_nm)?;
-    // The body for trapped orders, which do not pass the flat side of a film.
+    // The body that trapped orders cross: they do not pass the flat side of a film.
     let without_flat_side = TransparentBody { is_film: false, ..body };
     let mut orders = Vec::new();
     for is_below in [false, true] {
@@ -111,8 +111,9 @@ fn te_tm(pair: &BodyOrder, wi: Vec3, x: f64) -> Option<[f64; 2]> {
     if wi[1].abs() > ACROSS {
         return None;
     }
-    // The first letter is the outgoing state. Along the normal the names s and p are arbitrary, so the states of the
-    // direction farther from the normal decide, and the powers are summed over the states of the other direction.
+    // The first letter is the outgoing state, the second the incident one. Along the normal the names s and p are
+    // arbitrary. So the states of the direction farther from the normal decide which light is TE, and the powers are
+    // summed over the states of the other direction.
     let [ss, sp, ps, pp] = pair.powers;
     Some(if x.abs() > wi[0].abs() { [ss + sp, ps + pp] } else { [ss + ps, sp + pp] })
 }

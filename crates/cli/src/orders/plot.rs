@@ -1,5 +1,5 @@
-//! The plot of `sunbeam orders`: efficiencies (parts of the incident power) of the strongest orders over the quantity
-//! that varies, such as the wavelength.
+//! The plot of `sunbeam orders`: efficiencies (fractions of the incident power) of the strongest orders over the
+//! quantity that varies, such as the wavelength. TE and TM light are defined in solve.rs.
 
 use super::solve::{Order, Side};
 use super::{Curve, Point};
@@ -14,13 +14,13 @@ const COLOURS: [&str; 4] = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728"];
 /// Smallest upper end of the axis of efficiencies. It keeps the axis from being empty where all efficiencies are 0.
 const TOP_MIN: f64 = 1e-6;
 
-/// An order at all points of a [`Curve`].
+/// One order along a [`Curve`].
 struct Line {
     /// Side of the relief on which the order leaves.
     side: Side,
     /// The number m of the order, [`Order::order`].
     number: i32,
-    /// The largest of the order's efficiencies at any point, by either polarisation or the mean.
+    /// The largest of the order's efficiencies at all points, for TE, TM and unpolarised light.
     largest: f64,
 }
 
@@ -51,7 +51,7 @@ pub(super) fn svg(curve: &Curve) -> String {
 }
 
 impl Line {
-    /// Text in the legend. Reflected orders have no side in it.
+    /// Text in the legend, which names the side of orders below the relief.
     fn explanation(&self) -> String {
         match self.side {
             Side::Above => format!("order {}", self.number),
@@ -63,8 +63,8 @@ impl Line {
     /// known. Where the order vanishes in between, the drawn line joins the points on both sides of the gap.
     fn values(&self, curve: &Curve, efficiency: fn(&Order) -> Option<f64>) -> Vec<(f64, f64)> {
         let at_point = |point: &Point| {
-            let is_of_line = |order: &&Order| order.side == self.side && order.order == self.number;
-            Some((point.at, efficiency(point.solved.orders.iter().find(is_of_line)?)?))
+            let is_this_order = |order: &&Order| order.side == self.side && order.order == self.number;
+            Some((point.at, efficiency(point.solved.orders.iter().find(is_this_order)?)?))
         };
         curve.points.iter().filter_map(at_point).collect()
     }
@@ -80,7 +80,7 @@ fn by_strength(curve: &Curve) -> Vec<Line> {
     }
     let mut lines: Vec<_> =
         largest.into_iter().map(|((side, number), largest)| Line { side, number, largest }).collect();
-    // Equally strong orders keep the sequence of the map, so that the drawing is reproducible.
+    // The sort is stable: equally strong orders keep the sequence of the map's keys, so the drawing is reproducible.
     lines.sort_by(|a, b| b.largest.total_cmp(&a.largest));
     lines
 }

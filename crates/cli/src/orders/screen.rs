@@ -1,8 +1,9 @@
 //! The orders of a relief that varies along x alone, by the scalar theory.
 //!
-//! Light comes from air, and order m leaves in a medium of index n. Its direction follows from the grating equation,
-//! `wi.x + n·wo.x = m·λ/period` and `wi.y + n·wo.y = 0`, with `wi` towards the light. Its power is `|c_m|²`, with the
-//! amplitude `c_m` in the transform of the phase screen.
+//! Light comes from air, and order m leaves in a medium of index n. The direction wo of the order follows from the
+//! grating equation, `wi.x + n·wo.x = m·λ/period` and `wi.y + n·wo.y = 0`, with `wi` towards the light. The power of
+//! the order is `|c_m|²`, with its amplitude `c_m` in the Fourier transform of the phase screen exp(iκh): h is the
+//! height, and the phase rate κ the phase per height in rad/µm.
 
 use sunbeam::config::{BuildError, SurfaceConfig};
 use sunbeam::scattering::Vec3;
@@ -15,7 +16,7 @@ pub(super) struct Screen {
     bins: i32,
     /// λ/period, with the vacuum wavelength λ.
     step: f64,
-    /// Width of the tile.
+    /// Width of the tile along x.
     pub(super) period_um: f64,
     pub(super) wavelength_um: f64,
 }
@@ -36,8 +37,8 @@ impl Screen {
     }
 
     /// The orders m with `|n·wo.x| ≤ n` that the pixels resolve, by ascending number, with the tangential components x
-    /// and y of `n·wo`. The index n of the medium in which the orders leave is `index`. Where wi.y is not 0, the
-    /// outermost orders may still be evanescent.
+    /// and y of `n·wo`. `index` is n, that of the medium in which the orders leave. Where wi.y is not 0, the outermost
+    /// orders may still be evanescent.
     pub(super) fn orders(&self, wi: Vec3, index: f64) -> impl Iterator<Item = (i32, [f64; 2])> {
         let (step, bins) = (self.step, self.bins);
         let (first, last) = (((wi[0] - index) / step).ceil() as i32, ((wi[0] + index) / step).floor() as i32);
@@ -51,8 +52,8 @@ impl Screen {
         (tangential_x / self.step).round() as i32
     }
 
-    /// `|c_m|²` at the phase rate `kappa`, the phase per height in rad/µm. Each order has its own phase rate, and needs
-    /// its own transform.
+    /// `|c_m|²` at the phase rate `kappa`. The phase rate depends on the order's direction, so each order needs its own
+    /// transform.
     pub(super) fn power(&self, m: i32, kappa: f64) -> f64 {
         // The first row of the transform has the orders along x, negative ones in its upper half.
         self.transform.amplitudes(kappa)[m.rem_euclid(self.bins) as usize].norm_sqr()

@@ -1,6 +1,10 @@
 //! The orders of a grating for one incidence, by either theory.
 //!
-//! Surfaces that reflect only are solved here, bodies that transmit in `both_sides`. Both fill [`SolvedOrders`].
+//! The relief varies along x, across the grooves; y is along them. The magnetic field H of TE light has no component
+//! Hy, the electric field E of TM light no component Ey. An *efficiency* is the fraction of the incident power in an
+//! order.
+//!
+//! Surfaces that only reflect are solved here, bodies that transmit in `both_sides`. Both fill [`SolvedOrders`].
 
 use super::both_sides;
 use super::screen::Screen;
@@ -40,11 +44,12 @@ pub(super) struct SolvedOrders {
     pub(super) wi: Vec3,
     /// The orders that propagate: those above the relief by ascending number, then those below.
     pub(super) orders: Vec<Order>,
-    /// Fractions of the TE and of the TM light that are in none of the orders: they cross into the material, or the
-    /// flat side of a film reflects them.
+    /// Fractions of the TE and of the TM light that are in none of the orders. The material takes them up, or the flat
+    /// side of a film reflects them. `None` by the scalar theory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) absorbed: Option<[f64; 2]>,
-    /// Largest deviation from 1 of the sum of all fractions, for light from the direction of any order.
+    /// Largest deviation from 1 of the sum of all fractions, for light from the direction of any order; `None` by the
+    /// scalar theory, as is the next field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) balance_error: Option<f64>,
     /// Largest difference between the amplitude of a path and that of the reversed path.
@@ -95,8 +100,8 @@ pub(super) struct Order {
     pub(super) tm: Option<f64>,
     /// Efficiency for unpolarised light.
     pub(super) mean: f64,
-    /// Real and imaginary parts of the Jones matrix, `[outgoing][incident][part]`; `None` by the scalar theory. In both
-    /// directions the first state has no Hy, the second no Ey, where y is along the grooves.
+    /// Real and imaginary parts of the Jones matrix, `[outgoing][incident][part]`; `None` by the scalar theory. Of
+    /// outgoing and of incident light, the first state is TE and the second TM.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) jones: Option<[[[f64; 2]; 2]; 2]>,
 }
@@ -142,8 +147,8 @@ impl SolvedOrders {
 
     /// The efficiencies `R·O·M·|c_m|²` of the propagating orders m (docs/model.md#the-reflectance).
     ///
-    /// R is the Fresnel factor, O the obliquity factor, M the shadowing factor, c_m the order's amplitude. If chosen,
-    /// the small-slope factor Q replaces `R·O`.
+    /// R is the Fresnel factor, O the obliquity factor, M the shadowing factor, c_m the order's amplitude. With the
+    /// obliquity `small_slope`, the small-slope factor Q replaces `R·O`.
     fn scalar(config: &SurfaceConfig, wi: Vec3, wavelength_nm: f64) -> Result<Self, BuildError> {
         let (screen, options) = (Screen::new(config, wavelength_nm)?, config.options());
         let mut orders = Vec::new();
@@ -165,7 +170,7 @@ impl SolvedOrders {
         Ok(Self::of_scalar_theory(screen.period_um, wavelength_nm, wi, orders))
     }
 
-    /// Orders by the scalar theory, which has neither an absorbed fraction nor errors of a solution.
+    /// Orders by the scalar theory, which knows neither an absorbed fraction nor errors of a solution.
     pub(super) fn of_scalar_theory(period_um: f64, wavelength_nm: f64, wi: Vec3, orders: Vec<Order>) -> Self {
         Self {
             theory: Theory::Scalar.name(),

@@ -18,6 +18,9 @@ fn arguments_that_contradict_the_method_are_refused() {
         (&["brdf-map", "--method", "stam", "--repeats", "3", "-o", "a.exr"], &["--repeats", "stam", "--period-um"]),
         (&["brdf-map", "--method", "nmm", "--lambda-step", "5", "-o", "a.exr"], &["--lambda-step", "--weighted"]),
         (&["eval", "--method", "flss", "--terms", "257"], &["\"terms\"", "257", "1 to 256"]),
+        (&["eval", "--method", "flss", "--terms", "-1"], &["--terms", "-1", "invalid"]),
+        (&["eval", "--method", "flss", "--neighbourhood", "-1"], &["--neighbourhood", "-1", "invalid"]),
+        (&["eval", "--method", "pq", "--repeats", "-1,2"], &["--repeats", "-1", "whole number"]),
         (&["eval", "--method", "flss", "--series", "fourier"], &["fourier", "chebyshev, taylor"]),
         (&["eval", "--method", "pq", "--repeats", "2.5"], &["2.5", "whole number"]),
         (&["eval", "--method", "stam", "--preset", "flat"], &["no period", "period_um"]),
@@ -35,6 +38,7 @@ fn arguments_that_contradict_the_method_are_refused() {
         (&[&GEMS_MAP[..], &["--obliquity", "unit"]].concat(), &["--obliquity", "--stam-form gems"]),
         (&[&GEMS_MAP[..], &["--shadowing"]].concat(), &["--shadowing", "--stam-form gems"]),
         (&[&GEMS_MAP[..], &["--eta", "1.5"]].concat(), &["--eta", "--stam-form gems"]),
+        (&[&GEMS_MAP[..], &["--k", "3"]].concat(), &["--k", "--stam-form gems"]),
         (&["eval", "--method", "colour-table"], &["colour-table", "by wavelength", "table"]),
         (
             &["brdf-map", "--method", "colour-table", "--model", "patch", "--conserve-energy", "true", "-o", "a.exr"],

@@ -51,7 +51,7 @@ pub(super) struct Channel {
     pub title: String,
     /// Unit of the values, or another remark on them, for messages only.
     pub unit: String,
-    /// Kind of the values.
+    /// Kind of the values; [`ValueKind::Other`] cannot be chosen.
     pub kind: ValueKind,
 }
 
@@ -85,7 +85,7 @@ impl Channel {
     fn rank(&self) -> Option<usize> {
         let title = self.title.to_lowercase();
         let has = |parts: &[&str], text: &str| parts.iter().any(|part| text.contains(part));
-        // As a part of titles "z" would be too common.
+        // "z" must be the whole title: as a part of titles it is too common.
         let title_is_relief = has(&RELIEF, &title.replace([' ', '_', '-'], "")) || title == "z";
         match self.kind {
             ValueKind::Other => None,
@@ -108,15 +108,15 @@ fn list(channels: &[Channel]) -> String {
     listed.join(", ")
 }
 
-/// Index in `channels` of the channel whose number or title is `channel_option`; without the option, of the default
-/// channel. A number takes precedence over an equal title. A blank option names no channel.
+/// Index in `channels` of the channel whose number or title is `channel_option`, or of the default channel without the
+/// option. A number takes precedence over an equal title. A blank option names no channel.
 ///
-/// The default is the first length whose title names a relief, else the first other length. Without lengths it is the
-/// first channel without a unit whose title names a relief, else the first other one without a unit. Signals of
-/// [`NO_RELIEF`] are chosen only by the option.
+/// The default is the first channel in a unit of length whose title names a relief, else the first other one in a unit
+/// of length. Without such channels it is the first channel without a unit whose title names a relief, else the first
+/// other one without a unit. Signals of [`NO_RELIEF`] are chosen only by the option.
 ///
 /// # Errors
-/// No channel of that number or title, or one in a unit that is not a length; without the option, no channel that may
+/// With the option: no channel has the number or title, or its unit is not a length. Without the option: no channel may
 /// be a relief. The message lists the channels.
 pub(super) fn choose(channels: &[Channel], channel_option: Option<&str>) -> Result<usize, String> {
     if channels.is_empty() {

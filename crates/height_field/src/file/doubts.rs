@@ -1,4 +1,5 @@
-//! Warnings about implausible reliefs: metres taken for µm, elongated pixels, missing points written as numbers.
+//! Warnings (*doubts*) about implausible reliefs: metres taken for µm, elongated pixels, missing points written as
+//! numbers.
 
 use crate::HeightField;
 use std::fmt;
@@ -25,7 +26,7 @@ pub enum Doubt {
         /// Size along y in µm.
         dy_um: f64,
     },
-    /// A number far from all heights (`src/isolated.rs`), which was treated as a missing point.
+    /// A number far from all other values (`src/isolated.rs`), which was taken for missing points.
     Isolated {
         /// The number as stored in the file, before the scale to µm.
         value: f64,
@@ -52,7 +53,7 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// Doubts that follow from a field's pixel size and range of heights. `raw.rs` adds those of isolated numbers.
+/// Doubts that follow from a field's pixel size and range of heights. `raw.rs` adds [`Doubt::Isolated`].
 pub(super) fn about(field: &HeightField) -> Vec<Doubt> {
     let (low, high) = field.range_um();
     let (dx_um, dy_um) = (field.dx_um(), field.dy_um());

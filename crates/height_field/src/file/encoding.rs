@@ -1,7 +1,7 @@
 //! Text encodings: UTF-8, UTF-16, and Latin-1 for all others.
 
-/// Number of bytes at the start of a file that are tested for UTF-16 without a byte order mark. The first words are
-/// ASCII in most files; a longer test may meet other characters.
+/// Number of bytes at the start of a file that are tested for UTF-16 without a byte order mark. In most files the first
+/// words are ASCII. A longer test may meet other characters; a shorter one has less evidence.
 const PROBE_BYTES: usize = 64;
 
 /// Text of a whole file, without its byte order mark.

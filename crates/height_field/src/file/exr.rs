@@ -12,8 +12,8 @@ use std::result::Result;
 /// Attributes with the pixel size along x and y, in µm.
 const PIXEL_SIZE: [&str; 2] = ["pixelSizeX_um", "pixelSizeY_um"];
 
-/// Largest number of points in all channels for each byte of the file, which bounds the memory for a damaged file. No
-/// compression of OpenEXR reaches this ratio for a relief.
+/// Largest number of points of all channels for each byte of the file. It bounds the memory for a damaged file. No
+/// compression of OpenEXR reaches this ratio for a relief; a smaller bound might refuse flat reliefs.
 const POINTS_PER_BYTE_MAX: usize = 2048;
 
 /// Refuses a size that the file cannot hold, before memory is allocated for it.
@@ -41,7 +41,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
         .all_channels()
         .first_valid_layer()
         .all_attributes()
-        // Otherwise the decoder starts a pool of threads of its own, and so does the encoder below.
+        // Without this call the decoder starts its own pool of threads. The encoder below would do so, too.
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
         .map_err(|error| error.to_string())?;

@@ -32,7 +32,7 @@ pub struct Format {
     pub first_row: &'static str,
     /// Choice of a channel: its numbering, or "one" for a single channel.
     pub channels: &'static str,
-    /// Marks of missing points, in addition to NaN and magnitudes from 1e30 on.
+    /// Marks of missing points, in addition to NaN, magnitudes from 1e30 on and isolated numbers (`src/isolated.rs`).
     pub holes: &'static str,
     /// Refused variants, and ignored contents.
     pub not_read: &'static str,

@@ -11,9 +11,11 @@ use std::collections::HashMap;
 
 /// First line of a file.
 const MAGIC: &[u8] = b"Gwyddion Simple Field 1.0\n";
+/// Metres in a µm.
+const M_PER_UM: f64 = 1e-6;
 
-/// Reads a field. Without `ZUnits` the heights' unit is unknown, without `XYUnits`, `XReal` or `YReal` the pixel size.
-/// `channel_option` must be `None`, since the format has a single channel.
+/// Reads a field. Without `ZUnits` the heights' unit is unknown. Without `XYUnits`, `XReal` or `YReal` the pixel size
+/// is unknown. `channel_option` must be `None`, since the format has a single channel.
 pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     channel::refuse(channel_option)?;
     let body = bytes.strip_prefix(MAGIC).ok_or("it does not begin with \"Gwyddion Simple Field 1.0\"")?;
@@ -69,12 +71,12 @@ pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
     let mut bytes = MAGIC.to_vec();
     let header = format!(
         "XRes = {nx}\nYRes = {ny}\nXReal = {:e}\nYReal = {:e}\nXYUnits = m\nZUnits = m\n",
-        lx * 1e-6,
-        ly * 1e-6
+        lx * M_PER_UM,
+        ly * M_PER_UM
     );
     bytes.extend_from_slice(header.as_bytes());
-    // One to four NUL bytes, as above.
+    // One to four NUL bytes, up to a multiple of four.
     bytes.resize((bytes.len() / 4 + 1) * 4, 0);
-    bytes.extend(field.rows_from_top().flat_map(|h| ((h * 1e-6) as f32).to_le_bytes()));
+    bytes.extend(field.rows_from_top().flat_map(|h| ((h * M_PER_UM) as f32).to_le_bytes()));
     Ok(bytes)
 }

@@ -1,9 +1,9 @@
 //! Gwyddion's own files (`.gwy`): a tree of serialised objects, of which data fields, their titles and masks are read.
 //!
 //! After the magic bytes `GWYP` the file holds one object, a container. An object is the name of its type, the length
-//! of its body (u32), and a body of components: each a name, a letter for the type of the value, and the value. Names
-//! end with NUL; numbers are little-endian. Bodies of other objects are skipped without being read, so that deep
-//! nesting costs no stack.
+//! of its body (u32), and the body. A body is a sequence of components: each a name, a letter for the type of the
+//! value, and the value. Names end with NUL; numbers are little-endian. Bodies of objects that are not needed are
+//! skipped as bytes, so that deep nesting costs no stack.
 
 use super::bytes::{Bytes, Number, data_length};
 use super::channel::{self, Channel};
@@ -75,13 +75,14 @@ fn read_value<'a>(bytes: &mut Bytes<'a>) -> Result<Value<'a>, String> {
         b'o' => Ok(Value::Object(Object::read(bytes)?)),
         b'C' | b'I' | b'Q' | b'D' | b'S' | b'O' => {
             let count = bytes.u32()? as usize;
+            // The bytes of an array whose elements have `size` bytes each.
             let mut array = |size: usize| bytes.take(count.checked_mul(size).ok_or("an array is too long")?);
             match letter {
                 b'C' => array(1).map(|_| Value::Other),
                 b'I' => array(4).map(|_| Value::Other),
                 b'Q' => array(8).map(|_| Value::Other),
                 b'D' => array(8).map(Value::Doubles),
-                // A count that is too large ends with an error at the end of the bytes.
+                // A count that is too large causes an error at the end of the bytes.
                 b'S' => (0..count).try_for_each(|_| bytes.string().map(|_| ())).map(|()| Value::Other),
                 // The letter is `O`.
                 _ => (0..count).try_for_each(|_| Object::read(bytes).map(|_| ())).map(|()| Value::Other),
@@ -153,11 +154,14 @@ fn unit_name(unit: Object) -> Result<String, String> {
     Ok(name)
 }
 
-/// The components `/N/data`, `/N/data/title` and `/N/mask` of channel N.
+/// Components of the container that belong to channel N.
 #[derive(Default)]
 struct Entry<'a> {
+    /// `/N/data/title`.
     title: String,
+    /// `/N/data`, the heights or other values.
     data: Option<Object<'a>>,
+    /// `/N/mask`, positive at masked points.
     mask: Option<Object<'a>>,
 }
 
@@ -192,7 +196,8 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     if container.type_name != b"GwyContainer" {
         return Err("it holds no \"GwyContainer\"".to_owned());
     }
-    // Data field and mask (if any) of each channel, in the order of `channels`. The choice needs the unit of every one.
+    // Data field and mask (if any) of each channel, in the order of `channels`. All are read, since the choice
+    // depends on the unit of each channel.
     let mut fields = Vec::new();
     let mut channels = Vec::new();
     for (number, entry) in entries(container)? {
@@ -215,7 +220,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
         if mask.size != field.size {
             return Err(format!("the mask has {} × {} points, the channel {nx} × {ny}", mask.size.0, mask.size.1));
         }
-        // Masked points (positive) count as missing, whatever the mask was made for.
+        // Masked points count as missing, although a mask may mark anything, such as grains.
         for (value, masked) in values.iter_mut().zip(Number::F64.decode(mask.data)) {
             if masked > 0.0 {
                 *value = f64::NAN;

@@ -4,8 +4,8 @@
 //! with their unit and pixel size as far as the file says. `raw.rs` turns a [`Raw`] into a height field: scale,
 //! orientation and missing points, and the origin of each property.
 //!
-//! In all parsers `channel_option` is the option `channel` (number or title, `channel.rs`), `None` without it. *Full
-//! scale* is the stored number of the largest height, such as 255. Errors are texts that complete "not a usable …
+//! In all parsers `channel_option` is the option `channel` (number or title, `channel.rs`); `None` if it is not given.
+//! *Full scale* is the stored number of the largest height, such as 255. Errors are texts that complete "not a usable …
 //! height field: ".
 
 mod bytes;
@@ -44,13 +44,13 @@ const INSTRUMENTS: [&str; 36] = [
 ];
 /// Extensions of instruments' files that Gwyddion reads but SurfaceTopography does not: Nanonis, RHK and WITec.
 const GWYDDION: [&str; 5] = ["sxm", "sm2", "sm3", "sm4", "wip"];
-/// Extensions that [`HeightField::write`] accepts, for messages.
+/// Extensions of the formats that [`HeightField::write`] writes, for messages.
 const WRITABLE: &str = ".exr, .png, .gsf, .npy";
 
 /// Physical scale for a file that has none of its own.
 ///
-/// If the file has a scale, too, both must agree to a relative 1e-6. For a file in physical units, `max_height_um` must
-/// be the highest height, or the highest minus the lowest height.
+/// If the file has a scale, too, the two must agree to a relative 1e-6. For a file with heights in a unit of length,
+/// `max_height_um` must be the highest height, or the highest minus the lowest height.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FileScale {
     /// Size of the (square) pixels in µm; finite and positive.
@@ -161,7 +161,8 @@ impl HeightField {
     ///
     /// # Errors
     /// A file that cannot be read, has an unknown extension, or is damaged; a scale that is missing, out of range, or
-    /// contradicts the file's own; missing points (NaN, infinite, or of magnitude 1e30 or more).
+    /// contradicts the file's own; missing points (NaN, infinite, of magnitude 1e30 or more, marked by the format, or a
+    /// number isolated from all heights, such as −9999).
     pub fn read(path: impl AsRef<Path>, scale: &FileScale) -> Result<Self, HeightFieldError> {
         let options = ReadOptions { scale: *scale, ..Default::default() };
         Ok(Self::read_with(path, &options)?.field)
@@ -190,7 +191,7 @@ impl HeightField {
         let path = path.as_ref();
         options.scale.check()?;
         let format = Format::of(path)?;
-        let bytes = std::fs::read(path).map_err(|source| HeightFieldError::Read { path: path.to_owned(), source })?;
+        let bytes = std::fs::read(path).map_err(|reason| HeightFieldError::Read { path: path.to_owned(), reason })?;
         format.read(path, &bytes, options)
     }
 

@@ -4,8 +4,8 @@
 //! A height is `stored · hard value / 256^(bytes per pixel) · soft scale`. The line `@2:Z scale` holds the hard value
 //! in V and names the soft scale, a sensitivity in nm/V, which is another line of the header.
 //!
-//! The bytes per pixel in the formula are the header's `Bytes/pixel`: 2 in some files whose images store four bytes for
-//! each point. The size of the stored numbers follows from the length of the data ([`layout`]).
+//! The bytes per pixel in the formula are the header's `Bytes/pixel`. Some files say 2 but store four bytes for each
+//! point, so the size of the stored numbers is inferred from the length of the data ([`layout`]).
 
 use super::bytes::{Bytes, Number};
 use super::channel::{self, Channel, ValueKind};
@@ -16,20 +16,20 @@ use super::{Meaning, Parsed, Raw, encoding};
 use ndarray::Array2;
 use std::collections::HashMap;
 
-/// Largest relative difference between the ratio of a scan's sides and its aspect ratio that counts as agreement.
-/// Chosen: the header has few digits of the sides. A larger value would accept sides of another ratio.
+/// Largest relative difference between the ratio of a scan's sides and its aspect ratio that counts as agreement. The
+/// header has few digits of the sides, which a smaller value would refuse. A larger one would accept other ratios.
 const SIDES_AGREEMENT: f64 = 1e-2;
 
 /// A section of the header: a headline and its lines `key: value`.
 pub(super) struct Section<'a> {
     /// Headline without its asterisk.
     title: &'a str,
-    /// Values by key in lower case, with the key's group: `@2:z scale`.
+    /// Values by key. Keys are in lower case and contain their group, such as `@2:` in `@2:z scale`.
     lines: HashMap<String, &'a str>,
 }
 
 impl<'a> Section<'a> {
-    /// Whether the section describes an image rather than a force curve.
+    /// Whether the section describes an image rather than a force curve (force over the distance of the tip).
     pub(super) fn is_image(&self) -> bool {
         self.title.to_ascii_lowercase().ends_with("ciao image list")
     }
@@ -58,7 +58,7 @@ pub(super) fn sections(header: &str) -> Vec<Section<'_>> {
             }
             sections.push(Section { title, lines: HashMap::new() });
         } else if let Some(section) = sections.last_mut() {
-            // The key may begin with `@`, a group's number of one or two digits, and a colon: `@2:Z scale: …`.
+            // A key may begin with its group: `@`, one or two digits, and a colon, as in `@2:Z scale: …`.
             let first_colon = line.find(':').filter(|at| line.starts_with('@') && *at <= 3);
             let after_group = first_colon.map_or(0, |at| at + 1);
             if let Some(colon) = line[after_group..].find(':') {
@@ -91,17 +91,19 @@ fn bracketed(text: &str, open: char, close: char) -> Option<(&str, &str)> {
 
 /// Scale of an image's values.
 struct Scale {
-    /// Height in µm of the full range of the stored numbers; `None` for a channel of another quantity.
+    /// Height in µm of the full range of the stored numbers, 256^(bytes per pixel) steps; `None` for a channel of
+    /// another quantity.
     full_range_um: Option<f64>,
     /// Name of the values' unit, or the reason why it is unknown.
     unit: String,
 }
 
-/// Reads the scale of an image; `all` are the sections of the header.
+/// Reads the scale of an image; `header` holds all sections.
 ///
 /// The line is `V [soft scale] (hard scale) hard value`, such as `V [Sens. Zscan] (0.003 V/LSB) 200 V`. The soft scale
-/// names the key of a sensitivity, here `@Sens. Zscan`. Without a soft scale the hard value is the full range.
-fn scale(image: &Section, all: &[Section]) -> Result<Scale, String> {
+/// names the key of a sensitivity, here `@Sens. Zscan`. The hard scale, volts per step of the stored number, is not
+/// needed. Without a soft scale the hard value is the full range.
+fn scale(image: &Section, header: &[Section]) -> Result<Scale, String> {
     let text = image.text("@2:Z scale")?;
     let malformed = || format!("@2:Z scale is \"{text}\", not V [soft scale] (hard scale) hard value");
     let rest = text.strip_prefix('V').ok_or_else(malformed)?;
@@ -114,13 +116,13 @@ fn scale(image: &Section, all: &[Section]) -> Result<Scale, String> {
         return Ok(Scale { full_range_um, unit: hard_unit.to_owned() });
     };
     let key = format!("@{}", soft_name.to_ascii_lowercase());
-    let soft = all.iter().find_map(|section| section.lines.get(&key));
+    let soft = header.iter().find_map(|section| section.lines.get(&key));
     let soft = soft.ok_or_else(|| format!("the header has no {soft_name}, which @2:Z scale names"))?;
     let (sensitivity, unit) = soft
         .strip_prefix('V')
         .and_then(leading_number)
         .ok_or_else(|| format!("{soft_name} is \"{soft}\", not V and a number"))?;
-    // Heights have a soft scale in length per volt and a hard value in volts.
+    // Heights have a soft scale in length per volt and a hard value in volts: the volts cancel.
     let product_unit = unit.strip_suffix(&format!("/{hard_unit}")).filter(|_| !hard_unit.is_empty());
     let full_range_um =
         product_unit.and_then(|unit| micrometres(unit).ok()).map(|unit_um| hard_value * sensitivity * unit_um);
@@ -143,7 +145,7 @@ fn title_and_direction(image: &Section) -> Result<(String, String), String> {
 fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), String> {
     let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
     let valid = image.count("Valid data len Y").unwrap_or(ny).min(ny);
-    // The first combination of the right size is taken, a complete scan before a stopped one.
+    // The first combination with the right number of bytes is taken, a complete scan before a stopped one.
     for rows in [ny, valid] {
         for number in [Number::I16, Number::I32] {
             if nx.checked_mul(rows).and_then(|points| points.checked_mul(number.size())) == Some(length) {
@@ -154,8 +156,7 @@ fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), Stri
     Err(format!("{nx} × {ny} points of 2 or 4 bytes do not make the {length} bytes of its data"))
 }
 
-/// Pixel size in µm along x and y of an image of `nx` points in each of `ny` lines; `all` are the sections of the
-/// header.
+/// Pixel size in µm along x and y of an image of `nx` points in each of `ny` lines; `header` holds all sections.
 ///
 /// For an aspect ratio other than 1:1, versions of the program differ in the meaning of a `Scan Size` of one number.
 /// The pixel size is then known in two cases only, and [`Pixel::Unknown`] otherwise:
@@ -166,10 +167,10 @@ fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), Stri
 ///
 /// # Errors
 /// A header without a scan size, or with a scan size or an aspect ratio that is not understood.
-pub(super) fn pixel_size(image: &Section, all: &[Section], (nx, ny): (usize, usize)) -> Result<Pixel, String> {
+pub(super) fn pixel_size(image: &Section, header: &[Section], (nx, ny): (usize, usize)) -> Result<Pixel, String> {
     // An image without a size of its own has the size of the whole scan, which is in another section.
     let scan_size =
-        || all.iter().find(|section| section.title.eq_ignore_ascii_case("Ciao scan list"))?.text("Scan size").ok();
+        || header.iter().find(|section| section.title.eq_ignore_ascii_case("Ciao scan list"))?.text("Scan size").ok();
     let text = image.text("Scan size").or_else(|missing| scan_size().ok_or(missing))?;
     let malformed = || format!("Scan Size is \"{text}\", not one or two numbers and a unit");
     let (x, rest) = leading_number(text).ok_or_else(malformed)?;
@@ -208,15 +209,15 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     }
     // The header ends with Ctrl-Z. Its keys are ASCII; other text is Latin-1 or UTF-8.
     let end = bytes.iter().position(|b| *b == 0x1a).unwrap_or(bytes.len());
-    let header = encoding::utf8_or_latin1(&bytes[..end]);
-    let all = sections(&header);
+    let header_text = encoding::utf8_or_latin1(&bytes[..end]);
+    let header = sections(&header_text);
     let mut images = Vec::new();
     let mut channels = Vec::new();
-    for image in all.iter().filter(|section| section.is_image()) {
+    for image in header.iter().filter(|section| section.is_image()) {
         let (title, direction) = title_and_direction(image)?;
         // An unreadable scale makes one channel unusable, not the file. Messages list the reason in place of the unit.
         let unusable = |reason| Scale { full_range_um: None, unit: reason };
-        let Scale { full_range_um, unit } = scale(image, &all).unwrap_or_else(unusable);
+        let Scale { full_range_um, unit } = scale(image, &header).unwrap_or_else(unusable);
         let unit = if direction.is_empty() { unit } else { format!("{unit}, {direction}") };
         let kind = if full_range_um.is_some() { ValueKind::Lengths } else { ValueKind::Other };
         channels.push(Channel { number: channels.len() + 1, title, unit, kind });
@@ -230,7 +231,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     let (nx, ny, number) = layout(image, length)?;
     let mut data = Bytes::new(bytes);
     let _before_data = data.take(offset)?;
-    // Number of steps in full range, 256^(bytes per pixel). Files without the key have 2 bytes per pixel.
+    // Number of steps in the full range, 256^(bytes per pixel). Files without the key have 2 bytes per pixel.
     let steps = match image.text("Bytes/pixel") {
         Err(_) | Ok("2") => 65536.0,
         Ok("4") => 4_294_967_296.0,
@@ -239,9 +240,9 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     let step_um = full_range_um / steps;
     let values: Vec<f64> = number.decode(data.take(length)?).iter().map(|value| value * step_um).collect();
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    // The scan size is that of all lines, even if the scan was stopped and fewer rows are stored.
+    // The scan size covers all lines, even if the scan was stopped and fewer rows are stored.
     let lines = image.count("Number of lines")?;
-    let pixel = pixel_size(image, &all, (nx, lines))?;
+    let pixel = pixel_size(image, &header, (nx, lines))?;
     let meaning = Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
     Ok(Raw::new(values, meaning, FirstRow::Bottom)
         .pixel_or_reason(pixel)

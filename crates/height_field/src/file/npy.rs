@@ -7,8 +7,8 @@ use crate::HeightField;
 use ndarray::Array2;
 use ndarray_npy::{ReadNpyError, ReadNpyExt, ReadableElement, WriteNpyExt};
 
-/// Matrix of elements of type T, as 64-bit floats. `None` if the file holds another type; an error if the array is
-/// damaged or does not have two dimensions.
+/// Matrix of elements of type T, which `convert` makes 64-bit floats. `None` if the file holds another type; an error
+/// if the array is damaged or does not have two dimensions.
 fn try_type<T>(bytes: &[u8], convert: fn(T) -> f64) -> Option<Result<Array2<f64>, String>>
 where
     T: ReadableElement,

@@ -1,6 +1,8 @@
-//! PNG: 8- or 16-bit grey, black at height 0 and white at the largest height (full scale); from the top row on.
+//! PNG: grey of 8 or 16 bits, from the top row on. Black is height 0. White, the *full scale* 255 or 65535, is the
+//! largest height.
 
 use super::raw::FirstRow;
+use super::units::UM_PER_M;
 use super::{Meaning, Parsed, Raw, channel};
 use crate::HeightField;
 use ndarray::Array2;
@@ -19,7 +21,7 @@ const PIXELS_PER_METRE_MIN: u32 = 100_000;
 /// damaged file.
 const DEFLATE_RATIO_MAX: usize = 1040;
 
-/// Reads a picture of grey. The pixel size comes from both text chunks, or else from the resolution.
+/// Reads a picture of grey. The pixel size comes from the text chunks if both exist, otherwise from the resolution.
 /// `channel_option` must be `None`, since the format has a single channel.
 pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     channel::refuse(channel_option)?;
@@ -62,7 +64,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
         .filter(|dims| matches!(dims.unit, Unit::Meter) && dims.xppu.min(dims.yppu) >= PIXELS_PER_METRE_MIN);
     let pixel_um = match (positive_number(PIXEL_SIZE[0])?, positive_number(PIXEL_SIZE[1])?) {
         (Some(dx), Some(dy)) => Some((dx, dy)),
-        _ => resolution.map(|dims| (1e6 / f64::from(dims.xppu), 1e6 / f64::from(dims.yppu))),
+        _ => resolution.map(|dims| (UM_PER_M / f64::from(dims.xppu), UM_PER_M / f64::from(dims.yppu))),
     };
     let meaning = Meaning::FullScale { full, max_height_um: positive_number(MAX_HEIGHT)? };
     Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um))
@@ -82,8 +84,8 @@ pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(ColorType::Grayscale);
     encoder.set_depth(BitDepth::Sixteen);
-    // A PNG stores whole numbers below 2^31, so the text chunks are more exact.
-    let per_metre = |step_um: f64| (1e6 / step_um).round().clamp(1.0, f64::from(i32::MAX)) as u32;
+    // Pixels per metre, which a PNG stores as whole numbers below 2^31. The text chunks are more exact.
+    let per_metre = |step_um: f64| (UM_PER_M / step_um).round().clamp(1.0, f64::from(i32::MAX)) as u32;
     encoder.set_pixel_dims(Some(PixelDimensions {
         xppu: per_metre(field.dx_um()),
         yppu: per_metre(field.dy_um()),

@@ -13,8 +13,8 @@ use crate::{Fill, HeightField, HeightFieldError};
 use ndarray::{Array2, Axis};
 use std::path::Path;
 
-/// Largest relative difference between the option's scale and the file's that counts as agreement. The rounding of
-/// seven decimal digits is smaller, and so is that of a PNG's whole pixels per metre for pixels of up to 2 µm. Larger
+/// Largest relative difference between the option's scale and the file's that counts as agreement. Rounding to seven
+/// decimal digits changes less. So does rounding to whole pixels per metre in a PNG, for pixels of up to 2 µm. Larger
 /// values overlook contradictions; smaller ones refuse rounded options.
 const AGREEMENT: f64 = 1e-6;
 
@@ -67,11 +67,11 @@ pub(super) struct Raw {
     meaning: Meaning,
     /// Place of the first row.
     first_row: FirstRow,
-    /// Where that place is known from.
+    /// Source of the first row's place.
     first_row_source: Source,
     /// Pixel size.
     pixel: Pixel,
-    /// Where a known pixel size comes from.
+    /// Source of the pixel size, if it is known.
     pixel_source: Source,
     /// Name of the channel, for formats with several.
     channel: Option<Understood>,
@@ -136,7 +136,7 @@ impl Raw {
         Self { channel: Some(Understood::new(source, name)), ..self }
     }
 
-    /// Refuses empty contents and impossible pixel sizes. Comes before [`Raw::into_field`].
+    /// Refuses empty contents and impossible pixel sizes. Call it before [`Raw::into_field`].
     pub(super) fn check(&self) -> Result<(), String> {
         if self.values.is_empty() {
             return Err("it holds no points".to_owned());
@@ -152,17 +152,17 @@ impl Raw {
     /// Converts to a height field: scales to µm, puts the bottom row first, and fills missing points.
     ///
     /// # Errors
-    /// Missing points that cannot or must not be filled, with the first one's row and column in the order of the file;
-    /// a scale that is missing or contradictory; the errors of [`HeightField::new`].
+    /// Missing points without a known height or with [`Fill::None`]; a scale that is missing or contradictory; the
+    /// errors of [`HeightField::new`].
     pub(super) fn into_field(mut self, path: &Path, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
-        // Unit of the values in µm, for the detection of missing points; 1 if unknown.
+        // Unit of the values in µm, for the detection of missing points; 1 if the unit is unknown.
         let unit_um = if let Meaning::Lengths { unit_um, .. } = self.meaning { unit_um } else { 1.0 };
         let holes = Holes::mark(&mut self.values, unit_um);
         let (count, total) = (holes.count, self.values.len());
         // Without a known point there is nothing to fill from.
         if let Some((row, column)) = holes.first.filter(|_| options.fill == Fill::None || count == total) {
-            let isolated = holes.isolated_in_words();
-            return Err(HeightFieldError::Missing { path: path.to_owned(), count, total, row, column, isolated });
+            let (path, isolated_note) = (path.to_owned(), holes.isolated_note());
+            return Err(HeightFieldError::Missing { path, count, total, row, column, isolated_note });
         }
         let (dx_um, dy_um) = self.pixel_size(path, &options.scale)?;
         let height_unit = self.scale_heights(path, &options.scale)?;
@@ -215,7 +215,7 @@ impl Raw {
             HeightFieldError::MissingScale { path: path.to_owned(), parameter, what }
         };
         // The option, if given, must agree with one of `accepted_um`, the values of `max_height` that fit the file. The
-        // message names the first.
+        // message names the first of them.
         let check_option = |accepted_um: &[f64]| match scale.max_height_um {
             Some(given_um) if !accepted_um.iter().any(|value| agree(*value, given_um)) => {
                 let file_um = accepted_um[0];
@@ -265,6 +265,6 @@ fn understood_holes(holes: &Holes, total: usize, fill: Fill) -> Understood {
     // marks at least one point.
     let guessed: usize = holes.isolated.iter().map(|(_, count)| count).sum();
     let source = if guessed == holes.count { Source::Guess } else { Source::File };
-    let isolated = holes.isolated_in_words();
-    Understood::new(source, format!("{} of {total} points, filled by {fill}{isolated}", holes.count))
+    let note = holes.isolated_note();
+    Understood::new(source, format!("{} of {total} points, filled by {fill}{note}", holes.count))
 }

@@ -1,5 +1,5 @@
-//! Surface data files (`.sdf`) of ISO 25178-71, versions 1.0 and 2.0, and of the earlier BCR proposal, in text and in
-//! binary.
+//! Surface data files (`.sdf`) of ISO 25178-71, versions 1.0 and 2.0, and of its predecessor, the proposal of the
+//! European Community Bureau of Reference (BCR). Both are in text or in binary.
 //!
 //! A *profile* is a row of points along x.
 //!
@@ -32,7 +32,7 @@ const TYPES: [(&str, Number); 8] = [
 enum Revision {
     /// ISO 25178-71, version 1.0.
     Iso1,
-    /// ISO 25178-71, version 2.0: counts of 32 bits.
+    /// ISO 25178-71, version 2.0: its numbers of points have 32 bits; those of the others have 16.
     Iso2,
     /// The BCR proposal.
     Bcr,
@@ -70,7 +70,7 @@ impl Header {
             Number::I8 => (f64::from(i8::MIN), f64::from(i8::MAX)),
             Number::I16 => (f64::from(i16::MIN), f64::from(i16::MAX)),
             Number::I32 => (f64::from(i32::MIN), f64::from(i32::MAX)),
-            // Their marks exceed 1e30 in magnitude.
+            // The smallest and largest floats exceed 1e30 in magnitude, so they were handled above.
             Number::F32 | Number::F64 => return false,
         };
         if self.revision == Revision::Bcr { value >= high } else { value == low }
@@ -146,7 +146,7 @@ fn parse_binary(mut bytes: Bytes, revision: Revision) -> Parsed {
 /// Reads a text file from the byte after its magic.
 fn parse_text(mut rest: Bytes, revision: Revision) -> Parsed {
     let text = encoding::utf8_or_latin1(rest.take_all());
-    // Three records end with an asterisk each: header, heights, trailer.
+    // The file has three records, each of which ends with an asterisk: header, heights, trailer.
     let mut records = text.split('*');
     let (head, data) = (records.next().unwrap_or_default(), records.next().ok_or("its header does not end with *")?);
     // In BCR files a semicolon begins a comment.

@@ -1,14 +1,14 @@
 //! TIFF: pages of grey in 8, 16 or 32 bits, or of floats in µm; ImageJ's calibration is applied.
 //!
-//! A file is a chain of directories, one for each page, of *tags* (u16 number, type, count, values). [`parse`] checks
-//! the tags' sizes, selects a page, reads scale and orientation from tags and from ImageJ's description, and last
-//! decodes the values. Integers are fractions of full scale, the largest integer of their type, unless ImageJ
-//! calibrates them.
+//! A file is a chain of directories, one for each page. A directory is a list of *tags*, each with a number (u16),
+//! type, count and values. BigTIFF is the variant with offsets of 64 bits. [`parse`] checks the tags' sizes, selects
+//! a page, reads scale and orientation from tags and from ImageJ's description, and last decodes the values. Integers
+//! are fractions of *full scale*, the largest integer of their type, unless ImageJ calibrates them.
 
 use super::channel::{self, Channel, ValueKind};
 use super::provenance::{Source, Understood};
 use super::raw::FirstRow;
-use super::units::micrometres;
+use super::units::{UM_PER_M, micrometres};
 use super::{Meaning, Parsed, Raw};
 use ndarray::Array2;
 use std::io::Cursor;
@@ -20,7 +20,7 @@ use tiff::tags::Tag;
 /// Smallest resolution that counts as a measured pixel size: 10 µm a pixel, 2540 dots an inch. Lower resolutions are
 /// those of printers and screens.
 const PIXELS_PER_METRE_MIN: f64 = 100_000.0;
-/// Private tags of instruments that hold the heights, beside a preview in colours, with the manufacturer.
+/// Private tags in which instruments store the heights, beside a preview in colours, each with the manufacturer.
 const PRIVATE: [(u16, &str); 3] = [(50432, "Park Systems"), (50434, "Park Systems"), (50435, "Park Systems")];
 /// Largest number of pages that are searched, which bounds the time for a damaged file.
 const PAGES_MAX: usize = 65_536;
@@ -80,7 +80,8 @@ impl Description {
         micrometres(&self.get(key)?.replace("\\u00B5", "µ").replace("\\u00b5", "µ")).ok()
     }
 
-    /// Calibration `(c0, c1)` in µm, where a height is `c0 + c1·value`; `None` without a linear calibration of lengths.
+    /// Calibration `(c0, c1)` in µm, with which a height is `c0 + c1·value`; `None` without a linear calibration of
+    /// lengths.
     fn calibration_um(&self) -> Option<(f64, f64)> {
         let unit_um = self.unit_um("vunit")?;
         let number = |key: &str| self.get(key)?.parse::<f64>().ok();
@@ -105,7 +106,7 @@ fn read_pixel_um(pages: &mut Pages, description: Option<&Description>) -> Result
         _ => return Ok(None),
     };
     let is_measure = x.min(y) * per_metre >= PIXELS_PER_METRE_MIN;
-    Ok(is_measure.then(|| (1e6 / (x * per_metre), 1e6 / (y * per_metre))))
+    Ok(is_measure.then(|| (UM_PER_M / (x * per_metre), UM_PER_M / (y * per_metre))))
 }
 
 /// The number that marks missing points, from the tag `GDAL_NODATA` of geographic files.
@@ -154,14 +155,14 @@ fn check_tags(bytes: &[u8]) -> Result<(), String> {
     let is_little = bytes.starts_with(b"II");
     // The unsigned integer of `size` bytes at byte `at`, in the file's byte order; `None` beyond the end of the file.
     let number = |at: usize, size: usize| -> Option<u64> {
-        let digits = bytes.get(at..at.checked_add(size)?)?;
+        let stored = bytes.get(at..at.checked_add(size)?)?;
         let append = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
-        Some(if is_little { digits.iter().rev().fold(0, append) } else { digits.iter().fold(0, append) })
+        Some(if is_little { stored.iter().rev().fold(0, append) } else { stored.iter().fold(0, append) })
     };
-    // Sizes in bytes of a directory's count of entries, of an entry, and of an offset: BigTIFF (version 43) or TIFF.
+    // Sizes in bytes of a directory's count of entries, of one entry, and of an offset. Version 43 is BigTIFF.
     let (count_size, entry_size, offset_size) = if number(2, 2) == Some(43) { (8, 20, 8) } else { (2, 12, 4) };
-    // Position of the next directory, 0 after the last. The position of the first one is stored at byte 4,
-    // in BigTIFF at byte 8, which equals the size of an offset.
+    // Position of the next directory; 0 after the last. The position of the first directory is stored at byte 4, in
+    // BigTIFF at byte 8: both equal the size of an offset.
     let mut next = number(offset_size, offset_size);
     // Sum over all directories: more bytes than the file has mean that directories refer to each other in a circle.
     let mut bytes_read = 0;
@@ -189,12 +190,12 @@ fn check_tags(bytes: &[u8]) -> Result<(), String> {
 /// Refuses a page that is not grey, and a size that the file cannot hold. Returns the columns and rows of the page.
 fn check_page(pages: &mut Pages, file_bytes: usize) -> Result<(u32, u32), String> {
     match integer(pages, Tag::PhotometricInterpretation)? {
-        Some(0) => return Err("its white is zero; black has to be".to_owned()),
+        Some(0) => return Err("its numbers grow towards black (WhiteIsZero); they must grow towards white".to_owned()),
         Some(3) => return Err("it is a picture with a palette, whose numbers are colours and not heights".to_owned()),
         _ => {}
     }
     let colour = pages.colortype().map_err(|error| error.to_string())?;
-    // 64 bits may be floats; `Samples::read` refuses integers.
+    // Samples of 64 bits may be floats; `Samples::read` refuses integers of 64 bits.
     if !matches!(colour, ColorType::Gray(8 | 16 | 32 | 64)) {
         return Err(format!("it is {colour:?}; grey of 8, 16 or 32 bits, or floats, is needed"));
     }
@@ -211,7 +212,7 @@ fn check_page(pages: &mut Pages, file_bytes: usize) -> Result<(u32, u32), String
 struct Samples {
     /// Stored numbers, row by row from the file's first row on.
     values: Vec<f64>,
-    /// Number of full scale; `None` for floats.
+    /// Full scale, the largest integer of the type; `None` for floats.
     full: Option<f64>,
 }
 
@@ -247,6 +248,8 @@ fn damaged(error: tiff::TiffError) -> String {
 }
 
 /// Reads the page that `channel_option` names (its number from 0), or the first one.
+///
+/// The limits bound the memory that the decoder takes for a damaged file.
 pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     check_tags(bytes)?;
     let mut limits = Limits::unlimited();

@@ -2,7 +2,8 @@
 //! numbers.
 //!
 //! Columns run along x and rows along y, from y = 0 on; all lengths are in metres. The axes are named CX, CY and CZ; CZ
-//! is that of the heights. The CRC of the archive is verified, the MD5 checksums are not.
+//! is the axis of the heights. A file may hold several *layers*, maps of equal size. The archive's CRC is verified, the
+//! MD5 checksums are not.
 
 use super::bytes::{Number, data_length};
 use super::channel::{self, Channel};
@@ -39,7 +40,7 @@ impl<'a> Archive<'a> {
     fn open(bytes: &'a [u8]) -> Result<Self, String> {
         let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|error| error.to_string())?;
         let folders = zip.file_names().map(normal_name).filter_map(|name| {
-            // ASCII keeps the length of the name: other characters may be longer or shorter in lower case.
+            // Only ASCII letters are lowered, since others may change the length of the name.
             let folder_length = name.to_ascii_lowercase().strip_suffix(DESCRIPTION).map(str::len)?;
             let folder = &name[..folder_length];
             // macOS puts its own metadata into this folder, under the names of the archive's files.
@@ -71,7 +72,7 @@ fn unpack(archive: &mut Archive, name: &str, expected: Option<usize>) -> Result<
         return Err(format!("{name} claims {size} bytes out of {} packed ones", file.compressed_size()));
     }
     let mut bytes = Vec::new();
-    // One byte more, since the CRC is verified where reading meets the end.
+    // One byte more than the size, since the CRC is verified only when a read meets the end.
     file.take(size.saturating_add(1)).read_to_end(&mut bytes).map_err(|error| format!("{name}: {error}"))?;
     if bytes.len() as u64 == size { Ok(bytes) } else { Err(format!("{name} does not have the {size} bytes it claims")) }
 }
@@ -139,7 +140,7 @@ impl Points {
     }
 }
 
-/// Reads the layer that `channel_option` names (its number from 0), or the first one. Layers are maps of equal size.
+/// Reads the layer that `channel_option` names (its number from 0), or the first one.
 pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     let mut archive = Archive::open(bytes)?;
     let xml = encoding::text(&unpack(&mut archive, DESCRIPTION, None)?)?;

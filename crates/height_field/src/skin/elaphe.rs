@@ -7,7 +7,7 @@
 //! widths in these periods. [`smooth_step`] fades from 0 at its first argument to 1 at its second, which may be
 //! the smaller one.
 
-use super::{Finger, FingerShape, Lattice, PIXELS, Regions, closed, fingers, mix, stretch};
+use super::{Finger, FingerShape, Lattice, PIXELS, Regions, mix, random_fingers, stretch, touching_half_width};
 use crate::random::{Random, smooth_step};
 use crate::{HeightField, HeightFieldError};
 use ndarray::Array2;
@@ -50,12 +50,12 @@ fn sheet_um(t: f64) -> f64 {
 fn half_width(t: f64, finger: &Finger) -> f64 {
     let t = t.max(0.0);
     // Half the width of fingers that touch.
-    let closed = closed(FLANK);
+    let touching = touching_half_width(FLANK);
     // The wedge opens as t^(3/4), by square roots, which are the same on every machine.
-    let wedge = closed - (0.5 * FLANK + 0.06) * smooth_step(0.0, 0.05, t) - 0.28 * (t * t.sqrt()).sqrt();
+    let wedge = touching - (0.5 * FLANK + 0.06) * smooth_step(0.0, 0.05, t) - 0.28 * (t * t.sqrt()).sqrt();
     // Fraction of the round end that lies before `t`: 0 before the end, 1 at its extremity.
     let past = ((t - TIP - finger.tip) / TIP_LENGTH).clamp(0.0, 1.0);
-    mix(closed, wedge * finger.width, smooth_step(0.0, 0.1, t)) * (1.0 - past * past).sqrt()
+    mix(touching, wedge * finger.width, smooth_step(0.0, 0.1, t)) * (1.0 - past * past).sqrt()
 }
 
 /// Height of a finger's surface at `t` and `q`, in µm.
@@ -80,18 +80,18 @@ fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
     let extent = FINGERS as f64 * PERIOD_UM;
     let mut random = Random::new(SEED);
     // Numbers are standard deviations, in the units of [`Finger`].
-    let table = fingers(LAYERS * FINGERS, &mut random, |random| Finger {
+    let fingers = random_fingers(LAYERS * FINGERS, &mut random, |random| Finger {
         shift: 0.03 * random.normal(),
         tip: 0.09 * random.normal(),
         width: 1.0 + 0.07 * random.normal(),
         height_um: 0.008 * random.normal(),
     });
     let mut lattice = Lattice {
-        layers: LAYERS,
-        fingers: FINGERS,
+        layer_count: LAYERS,
+        finger_count: FINGERS,
         extent_x_um: extent,
         extent_y_um: extent,
-        table,
+        fingers,
         // Root mean square displacements in µm. The shortest waves are an eighth and a sixth of the tile.
         warp_x: random.smooth_field(PIXELS, PIXELS, 8) * 0.85,
         warp_y: random.smooth_field(PIXELS, PIXELS, 6) * 0.12,

@@ -1,14 +1,14 @@
 //! Procedural snake skins, modelled on atomic-force scans of shed skin.
 //!
 //! The scans are the 6.5 µm crops published with M. Single, *An Interactive Shader for Natural Diffraction Gratings*
-//! (Bern, 2014). `tests/core/snake_spectra.rs` compares the spectra of the skins with them. Numbers without another
-//! source in the files of both skins were chosen by eye and by these spectra.
+//! (Bern, 2014). `tests/core/snake_spectra.rs` compares the spectra of skins and scans. Numbers without another source
+//! in the files of both skins were chosen by eye and by these spectra.
 //!
 //! The cells of a skin lie in rows, the *layers*, which overlap like tiles on a roof. Each cell ends in several
 //! finger-like ridges, its *fingers*. The shapes of the cells are not modelled. Coordinates, with the fingers along +x:
 //!
-//! - `t`: position along a layer, in layer periods: 0 at the root of its fingers, where the gaps between them begin; 1
-//!   where the next layer begins; above 1 at tips that lie on the next layer;
+//! - `t`: position along a layer, in layer periods: 0 at the root of the layer's fingers, where the gaps between them
+//!   begin; 1 where the next layer begins; above 1 at tips that lie on the next layer;
 //! - `v`: position across the fingers (along y), in finger periods;
 //! - `q`: signed distance from the axis of one finger, in finger periods.
 //!
@@ -17,13 +17,13 @@
 //! 1. The lattice of layers and fingers.
 //! 2. The height of every pixel: the ground, mixed with the fingers near it by their *opacity*, 1 inside a finger and 0
 //!    outside.
-//! 3. Gaussian granules: bumps, and holes of negative height.
+//! 3. Gaussian granules: bumps, and dents of negative height.
 //! 4. A slow undulation and noise.
 //! 5. A stretch to the published range of heights.
 //!
 //! Coordinates are *warped*: smooth periodic displacements are added to them, so that orientation and period vary over
 //! the tile. Every finger has its own position, length, width and height. `elaphe.rs` and `xenopeltis.rs` hold the
-//! shapes; this file has what they share. `regions.rs` has squares with shorter or longer periods.
+//! shapes, `regions.rs` squares with shorter or longer periods. This file has the code that both skins share.
 
 mod elaphe;
 mod regions;
@@ -69,24 +69,24 @@ struct FingerShape {
     surface_um: fn(t: f64, q: f64, finger: &Finger) -> f64,
 }
 
-/// Half the width of fingers that touch, in finger periods: half a period plus 0.6 flanks. The flank then begins beyond
-/// |q| = ½, where fingers touch, so the opacity is 1 everywhere.
-fn closed(flank: f64) -> f64 {
+/// Half the width of fingers that touch, in finger periods: half a period plus 0.6 flanks. The flank then begins at
+/// |q| = ½ + 0.1 flanks, beyond the line |q| = ½ where fingers touch, so the opacity is 1 everywhere.
+fn touching_half_width(flank: f64) -> f64 {
     0.5 + 0.6 * flank
 }
 
 /// Layers and fingers over one tile, with the fingers along +x.
 struct Lattice {
     /// Number of layers along x.
-    layers: usize,
+    layer_count: usize,
     /// Number of fingers along y in every layer.
-    fingers: usize,
+    finger_count: usize,
     /// Length of the tile along x in µm.
     extent_x_um: f64,
     /// Length of the tile along y in µm.
     extent_y_um: f64,
-    /// Every finger, `[layer · fingers + finger]`.
-    table: Vec<Finger>,
+    /// Every finger, `[layer · finger_count + finger]`.
+    fingers: Vec<Finger>,
     /// Displacement along x in µm, added to the coordinate of pixel `[[iy, ix]]`.
     warp_x: Array2<f64>,
     /// Displacement along y in µm, added to the coordinate of pixel `[[iy, ix]]`.
@@ -97,7 +97,7 @@ struct Lattice {
 
 /// Coordinates of a pixel in the lattice.
 struct Position {
-    /// Number of the layer along x. It may lie outside 0 to `layers` − 1; the layers repeat.
+    /// Number of the layer along x. It may lie outside 0 to `layer_count` − 1; the layers repeat.
     layer: i64,
     /// Position along the layer, in layer periods, in `[0, 1)`.
     t: f64,
@@ -116,9 +116,9 @@ impl Lattice {
         let (dx, dy) = self.step_um();
         let x = ix as f64 * dx + self.warp_x[[iy, ix]];
         let y = iy as f64 * dy + self.warp_y[[iy, ix]];
-        let x_in_layers = x / self.extent_x_um * self.layers as f64;
+        let x_in_layers = x / self.extent_x_um * self.layer_count as f64;
         let layer = libm::floor(x_in_layers);
-        Position { layer: layer as i64, t: x_in_layers - layer, v: y / self.extent_y_um * self.fingers as f64 }
+        Position { layer: layer as i64, t: x_in_layers - layer, v: y / self.extent_y_um * self.finger_count as f64 }
     }
 
     /// Heights `[[iy, ix]]` of all pixels from `height(lattice, ix, iy)`.
@@ -132,13 +132,13 @@ impl Lattice {
 
     /// Shift of a layer in finger periods; layers repeat over the tile.
     fn shift_of(&self, layer: i64) -> f64 {
-        self.layer_shift[layer.rem_euclid(self.layers as i64) as usize]
+        self.layer_shift[layer.rem_euclid(self.layer_count as i64) as usize]
     }
 
     /// A finger by layer and number, both of which repeat over the tile.
     fn finger(&self, layer: i64, finger: i64) -> &Finger {
-        let layer = layer.rem_euclid(self.layers as i64) as usize;
-        &self.table[layer * self.fingers + finger.rem_euclid(self.fingers as i64) as usize]
+        let layer = layer.rem_euclid(self.layer_count as i64) as usize;
+        &self.fingers[layer * self.finger_count + finger.rem_euclid(self.finger_count as i64) as usize]
     }
 
     /// The three fingers of a layer nearest to `v`, each with `q`: the signed distance of `v` from its axis in finger
@@ -153,8 +153,8 @@ impl Lattice {
         })
     }
 
-    /// Height in µm at a position: that of the ground, covered by the fingers of its layer, and both by the tips of the
-    /// previous layer.
+    /// Height in µm at a position. The ground is covered by the fingers of the position's layer, and both are covered
+    /// by the tips of the previous layer.
     fn covered_um(&self, ground_um: f64, position: &Position, shape: &FingerShape) -> f64 {
         let mut height_um = ground_um;
         for (layer, t) in [(position.layer, position.t), (position.layer - 1, position.t + 1.0)] {
@@ -182,20 +182,20 @@ impl Lattice {
     /// Position `(x, y)` in µm at `t` along a finger, `across` finger periods from its axis at the root.
     ///
     /// The lean of the fingers is neglected: the axis at `t` lies [`FingerShape::lean`] · `t` finger periods further
-    /// towards −y. The warp is undone approximately: its displacement is read at the lattice position, not at the
-    /// result. Corrections would change the heights of the presets.
+    /// towards −y. The warp is undone approximately: the displacement is read at the position in the regular lattice,
+    /// not at the result. Corrections would change the heights of the presets.
     fn position_um(&self, layer: i64, finger: i64, t: f64, across: f64) -> (f64, f64) {
         let (dx, dy) = self.step_um();
         let v = finger as f64 + 0.5 + across + self.finger(layer, finger).shift - self.shift_of(layer);
-        let x = (layer as f64 + t) / self.layers as f64 * self.extent_x_um;
-        let y = v / self.fingers as f64 * self.extent_y_um;
+        let x = (layer as f64 + t) / self.layer_count as f64 * self.extent_x_um;
+        let y = v / self.finger_count as f64 * self.extent_y_um;
         let pixel = |value: f64, step: f64| (libm::floor(value / step) as i64).rem_euclid(PIXELS as i64) as usize;
         let (ix, iy) = (pixel(x, dx), pixel(y, dy));
         (x - self.warp_x[[iy, ix]], y - self.warp_y[[iy, ix]])
     }
 
     /// Adds a Gaussian granule to the periodic `heights`. `centre` and `radius` (standard deviation) are `(x, y)` in
-    /// µm. A negative `height_um` makes a hole.
+    /// µm. A negative `height_um` makes a dent.
     fn granule(&self, heights: &mut Array2<f64>, centre: (f64, f64), radius: (f64, f64), height_um: f64) {
         let (dx, dy) = self.step_um();
         let span = |c: f64, r: f64, step: f64| {
@@ -214,7 +214,7 @@ impl Lattice {
 }
 
 /// Draws `count` fingers from `random`, each by `make`.
-fn fingers(count: usize, random: &mut Random, mut make: impl FnMut(&mut Random) -> Finger) -> Vec<Finger> {
+fn random_fingers(count: usize, random: &mut Random, mut make: impl FnMut(&mut Random) -> Finger) -> Vec<Finger> {
     (0..count).map(|_| make(random)).collect()
 }
 

@@ -12,9 +12,9 @@ pub const REGION_SIZE_UM: RangeInclusive<f64> = 3.0..=33.0;
 /// looks torn at the borders.
 pub const REGION_SPREAD: RangeInclusive<f64> = 0.0..=0.1;
 
-/// Sub-regions of a skin, a model of an observation in Single 2014 (M. Single's thesis). As the wavelength changes, the
-/// angle of the diffraction peak alternates there between two curves. The thesis explains the two curves by regions of
-/// different period.
+/// Sub-regions of a skin, a model of an observation in Single 2014 (M. Single's thesis). In its measurements, the angle
+/// of the diffraction peak alternates between two curves as the wavelength changes. The thesis explains the two curves
+/// by regions of different period.
 ///
 /// The tile is divided into equal squares. Their number along each axis is the even one nearest to the tile's edge
 /// divided by `size_um`. Along x, the period along x is alternately divided by `1 + spread` and by `1 − spread`; the
@@ -61,7 +61,8 @@ impl Regions {
     /// which are added to the coordinates.
     ///
     /// The added displacement is a triangle wave that rises over one square and falls over the next. Its slope,
-    /// ±`spread`, is the relative change of the spatial frequency. Its mean is about 0, so the pattern is not shifted.
+    /// ±`spread`, is the relative change of the spatial frequency. The wave's mean is about 0, so the pattern as a
+    /// whole is not shifted.
     pub(super) fn displace(&self, warp_x: &mut Array2<f64>, warp_y: &mut Array2<f64>, extent_um: f64) {
         let count = self.count(extent_um);
         let wave: Vec<f64> = (0..PIXELS)
@@ -155,6 +156,8 @@ mod tests {
             let message = Regions::new(size_um, spread).unwrap_err().to_string();
             assert!(message.contains(parameter), "{message}");
         }
+        // Huge numbers have an exponent rather than 300 digits.
+        assert!(Regions::new(1e300, 0.05).unwrap_err().to_string().contains("is 1e300;"));
         let message = Preset::Cd.build_in_regions(Regions::new(20.0, 0.05).unwrap()).unwrap_err().to_string();
         assert!(message.contains("region_size") && message.contains("xenopeltis"), "{message}");
     }

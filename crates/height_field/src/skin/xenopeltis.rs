@@ -5,7 +5,7 @@
 //! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
 //! widths in these periods. [`smooth_step`] is 0 at its first argument and 1 at its second, which may be the smaller.
 
-use super::{Finger, FingerShape, Lattice, PIXELS, Regions, closed, fingers, stretch};
+use super::{Finger, FingerShape, Lattice, PIXELS, Regions, random_fingers, stretch, touching_half_width};
 use crate::random::{Random, smooth_step};
 use crate::{HeightField, HeightFieldError};
 use ndarray::Array2;
@@ -23,8 +23,8 @@ const LAYER_UM: f64 = 1.552_27;
 /// Peak to valley in µm: the height of white in the published pictures of the scans.
 const TOP_UM: f64 = 0.818_69;
 
-/// Width of the fingers' flanks, in finger periods. A flank is the edge at which a finger's opacity falls from 1 to 0.
-/// Wider flanks are less steep.
+/// Width of the fingers' flanks, in finger periods. A flank is the edge over which a finger's opacity, the weight of
+/// its surface against the ground's, falls from 1 to 0. Wider flanks are less steep.
 const FLANK: f64 = 0.20;
 /// Height of a layer's surface between pits and tips, in µm.
 const PLAIN_UM: f64 = 0.435;
@@ -46,7 +46,7 @@ const SHAPE: FingerShape = FingerShape { lean: 0.15, flank: FLANK, reach: REACH,
 /// from which a pointed gap opens between them. Tips are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
     // Half width at which neighbours cover the ground between them.
-    let touching = closed(FLANK);
+    let touching = touching_half_width(FLANK);
     let gap = 0.5 * FLANK * smooth_step(0.0, 0.08, t) + 0.17 * smooth_step(0.03, 0.45, t);
     // Wide and narrow fingers differ only near the tip, which is a bulb.
     let bulb = 0.36 * (finger.width - 1.0) * smooth_step(0.5, 0.85, t);
@@ -80,7 +80,7 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
     let extent_um = LAYERS as f64 * LAYER_UM;
     let mut random = Random::new(SEED);
     // Shifts and tips are in the module's periods, widths are factors.
-    let table = fingers(LAYERS * FINGERS, &mut random, |random| Finger {
+    let fingers = random_fingers(LAYERS * FINGERS, &mut random, |random| Finger {
         shift: 0.06 * random.normal(),
         tip: TIP_SIGMA * random.normal(),
         // Some fingers are wide enough to merge with a neighbour at the tip.
@@ -94,11 +94,11 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
         0.25 * libm::sin(angle + phases[0]) + 0.2 * libm::sin(3.0 * angle + phases[1]) + 0.09 * random.normal()
     };
     let mut lattice = Lattice {
-        layers: LAYERS,
-        fingers: FINGERS,
+        layer_count: LAYERS,
+        finger_count: FINGERS,
         extent_x_um: extent_um,
         extent_y_um: extent_um,
-        table,
+        fingers,
         // Root mean square displacements in µm. The shortest waves are a sixth and a quarter of the tile.
         warp_x: random.smooth_field(PIXELS, PIXELS, 6) * 0.11,
         warp_y: random.smooth_field(PIXELS, PIXELS, 4) * 0.12,
@@ -116,8 +116,8 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
     HeightField::new(heights, extent_um / PIXELS as f64, extent_um / PIXELS as f64)
 }
 
-/// Adds a granule to some tips and a deep hole to about as many pits. Radii (standard deviations) and heights are in
-/// µm.
+/// Adds a granule, a small Gaussian bump, to some tips and a deep dent to about as many pits. Radii (standard
+/// deviations) and heights are in µm.
 fn add_granules(heights: &mut Array2<f64>, lattice: &Lattice, random: &mut Random) {
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {

@@ -15,9 +15,9 @@ use glam::DVec3;
 
 use super::SnakeOptions;
 
-/// Height b of the back's half ellipse, relative to the half width r; chosen by eye.
+/// Height b of the back's half ellipse, relative to the half width r; chosen by eye. At 1 the back is a half circle.
 const BACK: f64 = 0.92;
-/// Height b of the belly's half ellipse, relative to the half width r; chosen by eye.
+/// Height b of the belly's half ellipse, relative to the half width r; chosen by eye. Smaller values flatten the belly.
 const BELLY: f64 = 0.70;
 /// Fraction of the girth that the sheet covers, from rim to rim. Smaller values would bring the rims into view from the
 /// side; larger ones add triangles that no camera above the ground sees.
@@ -36,7 +36,7 @@ struct Station {
     up: DVec3,
 }
 
-/// The undisplaced body, a function of the arc length along the centreline and around the section.
+/// The body without scales, a function of the arc length along the centreline and around the section.
 pub(super) struct Body {
     /// Stations at u = i/[`STEPS`], i from 0 to [`STEPS`].
     stations: Vec<Station>,

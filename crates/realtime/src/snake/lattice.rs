@@ -1,10 +1,11 @@
 //! The lattice of scales: the corners of each scale, and the curves along which it ends.
 //!
 //! # Lattice
-//! Coordinates (i, j) are in *half scales*: i along the body towards the tail, j around it in the direction of v. If
-//! i + j is even, the point is the centre of a scale; "scale (i, j)" is the scale with this centre. If i + j is odd,
-//! the point is a *node*. At a node four scales meet. The tip of the scale towards the head lies between the flanks of
-//! its two neighbours, over the root of the scale towards the tail. A *row* is a line of equal i or of equal j.
+//! Coordinates (i, j) are in *half scales*, halves of the length and the width of a scale: i along the body towards the
+//! tail, j around it in the direction of v. If i + j is even, the point is the centre of a scale; "scale (i, j)" is the
+//! scale with this centre. If i + j is odd, the point is a *node*. At a node four scales meet. The tip of the scale
+//! towards the head lies between the flanks of its two neighbours, over the root of the scale towards the tail. A *row*
+//! is a line of equal i or of equal j.
 //!
 //! ```text
 //!             right flank (i, j + 1)
@@ -22,9 +23,9 @@
 //! the tip, above the scales behind. A *wall*, a narrow steep strip, leads from a free edge down to its *foot* on those
 //! scales.
 //!
-//! A scale has coordinates of its own, `along` and `across` ([`Local`]). With the vectors from the centre to the tip
-//! node and to the flank node on the point's side, `point = centre + along · tip + |across| · flank`. On the left,
-//! `across` is negative.
+//! A scale has coordinates of its own, `along` and `across` ([`Local`]), with
+//! `point = centre + along · tip + |across| · flank`. Here `tip` is the vector from the centre to the tip node, and
+//! `flank` that to the flank node on the point's side. On the left, `across` is negative.
 //!
 //! The *gauge* of a point is `(along^p + |across|^p)^(1/p)` with p = [`OUTLINE`], and `|across|` for `along` ≤ 0. It is
 //! 1 on the foot of a free edge and grows outward. The free edge has the gauge `1 − w`, where w is the width of the
@@ -38,16 +39,15 @@ use super::SnakeOptions;
 
 /// Exponent p of the free edges, chosen by eye: 1 makes straight edges (a rhombus), 2 round ones (an ellipse).
 const OUTLINE: f64 = 1.4;
-/// Width of the wall at the tip, in units of the gauge; chosen by eye.
-///
-/// The triangles of wider walls are alternately lit and in shadow under a low sun. Narrower, steeper walls deviate more
-/// from their shading normals, which are those of the scales above and below.
+/// Width of the wall at the tip, in units of the gauge; chosen by eye. The triangles of wider walls are alternately lit
+/// and in shadow under a low sun. Narrower, steeper walls deviate more from their shading normals, which are those of
+/// the scales above and below.
 const WALL_WIDTH_MAX: f64 = 0.012;
 /// Number of rows of random traits beyond each side of the sheet. Meshes depend on this number: it determines which
 /// random numbers a scale gets.
 const TRAITS_MARGIN: i64 = 2;
 /// Number of rows of scales beyond each side of the sheet whose corners are stored, because points near the rim need
-/// them. Corners of scales farther away are computed each time.
+/// them. Corners of scales farther away are computed each time. A larger number takes more memory.
 const CORNERS_MARGIN: i64 = 3;
 
 /// The gauge of a point in the coordinates of a scale ([`Local`]).
@@ -138,7 +138,8 @@ impl Local {
     }
 }
 
-/// Vectors from the centre of a scale to its nodes, in half scales. Arrays are in the order of [`Side`].
+/// Vectors from the centre of a scale to its tip node and its two flank nodes, in half scales. Arrays are in the order
+/// of [`Side`].
 #[derive(Clone, Copy)]
 struct Corners {
     tip: DVec2,

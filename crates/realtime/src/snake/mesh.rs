@@ -5,8 +5,8 @@
 //! (patch.rs). The height of the scale (scales.rs) displaces the grid from the smooth body. Grid coordinates x and y
 //! are 0 to n: (0, 0) is the root, (n, 0) the left flank, (0, n) the right flank, and (n, n) the tip.
 //!
-//! Scales share vertices only at the nodes of the lattice. Elsewhere a wall of triangles connects the free edge of a
-//! scale with the scales below it.
+//! Scales share vertices only at the nodes of the lattice. Elsewhere a *wall* of triangles leads from each *free edge*
+//! of a scale, a side towards the tail, down to the edge's *foot* on the scale below.
 
 use std::collections::HashMap;
 
@@ -128,7 +128,7 @@ impl Builder {
     }
 
     /// Index of the vertex (`x`, `y`) of a scale; `None` beyond the sheet.
-    fn vertex(&self, scale: (i64, i64), x: usize, y: usize) -> Option<u32> {
+    fn vertex_index(&self, scale: (i64, i64), x: usize, y: usize) -> Option<u32> {
         self.scale_vertices.get(&scale)?[x * (self.cells + 1) + y]
     }
 
@@ -138,7 +138,7 @@ impl Builder {
         for x in 0..self.cells {
             for y in 0..self.cells {
                 let cell = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)];
-                let mut corners = cell.map(|(x, y)| self.vertex(scale, x, y));
+                let mut corners = cell.map(|(x, y)| self.vertex_index(scale, x, y));
                 // Cells are cut along the scale's axis, because scales bend more across it. The cell at the root is cut
                 // the other way: its corner at the root is narrow.
                 if (x, y) == (0, 0) {
@@ -157,8 +157,8 @@ impl Builder {
         for t in 0..n {
             // Pairs of a vertex of the free edge and a vertex of its foot on the scale below. On the right the foot
             // comes first, so that both strips face outwards.
-            let left = |t: usize| [self.vertex((i, j), n, t), self.vertex((i + 1, j - 1), 0, t)];
-            let right = |t: usize| [self.vertex((i + 1, j + 1), t, 0), self.vertex((i, j), t, n)];
+            let left = |t: usize| [self.vertex_index((i, j), n, t), self.vertex_index((i + 1, j - 1), 0, t)];
+            let right = |t: usize| [self.vertex_index((i + 1, j + 1), t, 0), self.vertex_index((i, j), t, n)];
             for [near, far] in [[left(t), left(t + 1)], [right(t), right(t + 1)]] {
                 // `None` if a corner lies beyond the sheet.
                 let corners: Option<Vec<u32>> = [near[0], near[1], far[1], far[0]].into_iter().collect();

@@ -10,8 +10,8 @@ use glam::DVec2;
 
 use super::lattice::{Lattice, Side};
 
-/// The visible part of scale (i, j), over coordinates `x`, `y` in [0, 1]. The root is at (0, 0), the node of the left
-/// flank at (1, 0), that of the right flank at (0, 1), and the tip at (1, 1). The free edges are `x` = 1 and `y` = 1.
+/// The visible part of scale (i, j), over coordinates `x`, `y` in [0, 1]. The root is at (0, 0) and the tip at (1, 1).
+/// The node of the left flank is at (1, 0), that of the right flank at (0, 1). The free edges are `x` = 1 and `y` = 1.
 pub(super) struct Patch<'a> {
     lattice: &'a Lattice,
     scale: (i64, i64),

@@ -60,7 +60,7 @@ pub fn pigment_texture(options: &SnakeOptions, width: usize, height: usize) -> R
 /// Linear sRGB reflectance of a point of a scale, at the texture coordinate `v` around the body.
 fn reflectance(spot: &Spot, v: f64) -> [f64; 3] {
     // Weight of the rim's colour. It grows with `edge`, from 0 below 0.72 to its maximum at the scale's edge, where
-    // `edge` is 1. It is halved on the half of the scale towards the root (`along` ≤ 0).
+    // `edge` is 1. The maximum is halved on the half of the scale towards the root (`along` ≤ 0).
     let rim_weight_max = if spot.along > 0.0 { 1.0 } else { 0.5 };
     let rim = smoothstep(spot.edge, 0.72, 0.28) * rim_weight_max;
     // Weight of the flank's colour: 0 on the back, 1 at the sides of the sheet.

@@ -1,12 +1,12 @@
 //! The relief of the scales: a height over the smooth skin, and the visible scale at a point.
 //!
-//! The height of a scale is `unit · (dome + keel(across)) · rise(x) · rise(y)`, where the unit is the width of a half
-//! scale times the factor [`SnakeOptions::relief`]. The *dome* is the height of a scale in its middle, and the *keel* a
-//! ridge along its axis. Both have random factors near 1 (`Traits` in lattice.rs).
+//! The height of a scale is `unit · (dome + keel(across)) · rise(x) · rise(y)`. The unit is the width of a half scale
+//! times the factor [`SnakeOptions::relief`]. The *dome* is the height of a scale in its middle, and the *keel* a ridge
+//! along its axis. Both have random factors near 1 (`Traits` in lattice.rs).
 //!
 //! A scale comes out from under two *upper scales* nearer to the head, one on its left and one on its right. The *foot*
 //! of an upper scale is the curve along which it ends on the scale below. The *gauge* in the coordinates of a scale
-//! (lattice.rs) measures the distance from its centre, and is 1 on its foot.
+//! (lattice.rs) measures the distance from the scale's centre, and is 1 on the scale's foot.
 //!
 //! The coordinate x grows from 0 on the foot of the left upper scale to 1 at the tip of the covered scale. It is
 //! `(gauge − 1)/(gauge(2, 1) − 1)`, with the gauge of the left upper scale. In that scale's coordinates the covered
@@ -20,9 +20,10 @@ use super::{
     lattice::{Lattice, gauge},
 };
 
-/// Height of a scale's dome, relative to the width of a half scale; chosen by eye.
+/// Height of a scale's dome, relative to the width of a half scale; chosen by eye. Higher domes bend the skin's normals
+/// more, lower ones make scales flatter.
 const DOME: f64 = 0.05;
-/// Height of a scale's keel, relative to the width of a half scale; chosen by eye.
+/// Height of a scale's keel, relative to the width of a half scale; chosen by eye. A higher keel is more visible.
 const KEEL: f64 = 0.03;
 /// The x at which the first factor of [`rise`], x²/(x² + RISE²), is one half; chosen by eye. Smaller values make scales
 /// rise more steeply.
@@ -30,20 +31,21 @@ const RISE: f64 = 0.3;
 /// Slope of the second factor of [`rise`], 1 − FALL·x, which lowers a scale towards its free edges; chosen by eye. With
 /// 0 nothing is lowered, with 1 the tip lies on the skin.
 const FALL: f64 = 0.65;
-/// Half width of the keel at half its height, relative to the half width of a scale; chosen by eye.
+/// Half width of the keel at half its height, relative to the half width of a scale; chosen by eye. A narrower keel is
+/// sharper, and is lost where the mesh is coarse.
 const KEEL_WIDTH: f64 = 0.11;
 /// The x in the middle of a scale, `(gauge(1, 1) − 1)/(gauge(2, 1) − 1)` = 0.4226, rounded. Meshes depend on the
 /// digits.
 const MIDDLE: f64 = 0.42;
 
-/// The visible scale at a point of the skin.
+/// A point of the skin in the coordinates of its visible scale.
 pub(super) struct Spot {
     /// Position along the axis of the scale: −1 at the root, 0 at the centre, 1 at the tip.
     pub along: f64,
     /// Position across the axis: −1 at the left flank, 0 on the axis, 1 at the right flank.
     pub across: f64,
-    /// Gauge of the point over the gauge of the free edge in its direction, at most 1: 0 at the centre, 1 on the free
-    /// edge and beyond.
+    /// Gauge of the point over the gauge at which the ray from the centre through the point meets the free edge, at
+    /// most 1: 0 at the centre, 1 on the free edge and beyond.
     pub edge: f64,
     /// Random lightness of the scale, −1 to 1.
     pub shade: f64,
@@ -71,7 +73,7 @@ impl Scales {
         }
     }
 
-    /// The visible scale at `u` along and `v` around the body, in [0, 1].
+    /// The point at `u` along and `v` around the body, in [0, 1].
     pub(super) fn at(&self, u: f64, v: f64) -> Spot {
         let point = DVec2::new(u, v) * self.lattice.size();
         let scale = self.lattice.visible_scale(point);

@@ -1,6 +1,9 @@
-// Second stage of a picture (lib.rs), after raster.wgsl: for each pixel, finds the point that its ray meets, the
+// Second stage of a picture (lib.rs), after raster.wgsl: finds for each pixel the point that its ray meets, the
 // directions in the shading frame there, and the visibility of the sun (point.wgsl). The result is a query
 // (query.wgsl), a record of the point and its directions, for which shade.wgsl computes the reflectance.
+//
+// *Skin* is the surface of the mesh, and n the number of pixels. A picture is the weighted mean of *samples* with one
+// ray for each pixel. `frame` (frame.wgsl) is the uniform of a sample: camera, sun, ground and size of the picture.
 //
 // The rasteriser has written the triangle of each pixel into the texture `seen`. Entry points, in this order:
 //
@@ -13,17 +16,14 @@
 // Each list has an entry point of its own, because adapters run several pixels in lockstep, and all wait for the
 // slowest one.
 //
-// *Skin* is the surface of the mesh, and n the number of pixels. A picture is the weighted mean of *samples* with one
-// ray for each pixel. `frame` (frame.wgsl) is the uniform of a sample: camera, sun, ground and size of the picture.
-//
-// A film (`frame.film_eta`) is lit from both sides and lets light pass (sheet.wgsl). Its pixels are all in `rest`: rays
-// find the sunlight behind other parts of the film, and the sunlit ground behind it.
+// A film, a mesh whose `frame.film_eta` is not 0, is lit from both sides and lets light pass (sheet.wgsl). All of its
+// pixels are in `rest`: rays find the sunlight behind other parts of the film, and the sunlit ground behind the film.
 //
 // Lengths are in cm. frame.wgsl, mesh.wgsl and trace.wgsl declare the bindings 0 to 3, point.wgsl 9 and 10.
 
 // Lists of pixels; counterpart of `ListLengths` in target.rs, which has the members before `entries`. locate.rs sets
 // these lengths to 0 before each sample. A pixel is a u32 with the column in the lower 16 bits and the row in the upper
-// 16, which suffice for the sides of every texture.
+// 16 bits; every texture has shorter sides.
 struct Lists {
     // Number of entries of the buffer `chosen`, the queries that need an answer.
     chosen: atomic<u32>,
@@ -94,9 +94,11 @@ fn locate_ground_behind(ray: vec3<f32>) -> vec3<f32> {
 }
 
 // Stores the query of a pixel and adds the radiance of the ground and the sample's weight to the picture. The first
-// sample replaces the previous picture. The pixel is added to `rest` if `needs_ray` is true, or if the map does not
-// decide the visibility of the sun. For such a pixel locate_rest replaces the query, and only the weight is added here:
-// with `needs_ray` the query is not of the ground, and with an undecided sun it is not lit.
+// sample replaces the previous picture.
+//
+// The pixel is added to `rest` if `needs_ray` is true, or if the map does not decide the visibility of the sun. For
+// such a pixel the radiance added here is 0: with `needs_ray` the query is not of the ground, and with an undecided sun
+// it is not lit. locate_rest replaces the query and adds the radiance.
 fn locate_store(pixel: vec2<u32>, found: Point, needs_ray: bool) {
     let index = locate_index(pixel);
     var query = found.query;
@@ -198,7 +200,7 @@ fn locate_skin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
 }
 
 // Intersection of a pixel's ray with the mesh: with the rasteriser's triangle, or with the nearest triangle if the ray
-// misses that one. Without a triangle of the rasteriser it is a miss, even if rounding lost one at a silhouette.
+// misses that one. It is a miss for a pixel without a triangle, even if rounding lost a triangle at a silhouette.
 fn locate_intersection(pixel: vec2<u32>, ray: vec3<f32>) -> Hit {
     // The texture holds the triangle plus 1.
     let seen_triangle = textureLoad(seen, pixel, 0).x;

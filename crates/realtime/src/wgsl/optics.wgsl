@@ -1,20 +1,20 @@
 // Factors of the reflectance f_r that do not depend on the relief (docs/model.md#the-reflectance).
 //
 // f_r is R·O·M times the relief's factor, which the method computes (src/methods/mod.rs): ∫ S/λ² weight(λ) dλ, with the
-// power spectrum S in µm² and the weights of linear sRGB. R is the Fresnel reflectance (fresnel.wgsl), O the obliquity
-// factor, and M shadowing and masking (both pair.wgsl). With the small-slope factor Q (small_slope.wgsl), f_r is Q·M
-// times the relief's factor.
+// wavelength λ, the power spectrum S in µm² and the weights of linear sRGB. R is the Fresnel reflectance
+// (fresnel.wgsl), O the obliquity factor, and M shadowing and masking (both pair.wgsl). With the small-slope factor Q
+// (small_slope.wgsl), f_r is Q·M times the relief's factor.
 //
 // Under a cover of index n, these factors are taken for the directions inside the cover. f_r is multiplied by
 // T(θi)·T(θo)/n², where T is the transmittance of the cover's flat side. The angle θ' inside the cover follows from
 // n·cosθ' = √(n² − sin²θ). The functions for covers are counterparts of `Cover` in src/scattering/cover.rs.
 
-// Value of `Optics.answers` for methods whose answer is the relief's factor.
-const OPTICS_ANSWERS_RELIEF: u32 = 0u;
-// Value of `Optics.answers` for methods whose answer is f_r itself.
-const OPTICS_ANSWERS_REFLECTANCE: u32 = 1u;
-// Value of `Optics.answers` for methods whose answer is the whole scattering function of a film.
-const OPTICS_ANSWERS_FILM: u32 = 2u;
+// Value of `Optics.answer_kind` for methods whose answer is the relief's factor.
+const OPTICS_ANSWER_RELIEF: u32 = 0u;
+// Value of `Optics.answer_kind` for methods whose answer is f_r itself.
+const OPTICS_ANSWER_REFLECTANCE: u32 = 1u;
+// Value of `Optics.answer_kind` for methods whose answer is the whole scattering function of a film.
+const OPTICS_ANSWER_FILM: u32 = 2u;
 
 // Optical options of the surface; counterpart of `OpticsUniform` in layout.rs.
 struct Optics {
@@ -28,8 +28,8 @@ struct Optics {
     obliquity: u32,
     // 1: M of V-shaped cavities; 0: M = 1.
     shadowing: u32,
-    // Meaning of the method's answer: OPTICS_ANSWERS_RELIEF, OPTICS_ANSWERS_REFLECTANCE or OPTICS_ANSWERS_FILM.
-    answers: u32,
+    // Meaning of the method's answer: OPTICS_ANSWER_RELIEF, OPTICS_ANSWER_REFLECTANCE or OPTICS_ANSWER_FILM.
+    answer_kind: u32,
     // Refractive index n of the cover, at least 1; 1 without a cover.
     cover_eta: f32,
 }
@@ -91,7 +91,7 @@ fn optics_interface(optics: Optics, pair: Pair) -> f32 {
 
 // Factor on the method's answer without the cover's factor: R·O·M or Q·M for the relief's factor, 1 for other answers.
 fn optics_factor(optics: Optics, pair: Pair) -> f32 {
-    if optics.answers != OPTICS_ANSWERS_RELIEF {
+    if optics.answer_kind != OPTICS_ANSWER_RELIEF {
         return 1.0;
     }
     // `pair_obliquity` is 1 with Q.

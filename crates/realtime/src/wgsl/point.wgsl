@@ -1,16 +1,16 @@
-// Turns the point that a ray from the camera meets into a query, the input of the BRDF's evaluation (query.wgsl), and
-// finds whether the sun is visible from it. locate.wgsl calls these functions for each pixel. Compiled after
+// Turns the point that a ray from the camera meets into a query, the input of the BRDF's evaluation (query.wgsl). Also
+// finds whether the sun is visible from the point. locate.wgsl calls these functions for each pixel. Compiled after
 // frame.wgsl, mesh.wgsl, trace.wgsl, sheet.wgsl, sunlight.wgsl and query.wgsl.
 //
 // Symbols:
 //
 // - p: a point in the scene's frame, in cm;
-// - c0, c1, c2: corners of a triangle; b: weights of c1 and c2, that of c0 is 1 - b.x - b.y;
+// - c0, c1, c2: corners of a triangle; b: weights of c1 and c2 at p, where c0 has the weight 1 - b.x - b.y;
 // - n, s, t: unit vectors of the shading frame at p. n is the shading normal, interpolated between corners, s the
 //   tangent along the texture coordinate u, and t the bitangent n × s;
 // - `face`: unit normal of the flat triangle;
-// - wi, wo: unit vectors to the sun and to the viewer. In a query they are in the grating's frame, on the ground in the
-//   scene's, since the ground has no grating.
+// - wi, wo: unit vectors to the sun and to the viewer. A query of the mesh has them in the grating's frame
+//   (`point_to_grating`), a query of the ground in the scene's frame.
 //
 // The shading frame has the conventions of Mitsuba 3 for a mesh with normals and texture coordinates, so pictures agree
 // with Mitsuba's pixel by pixel. `frame` (frame.wgsl) has the camera, the sun, the ground, the grating's rotation and
@@ -143,8 +143,8 @@ fn point_hit(ray: vec3<f32>, hit: Hit, c0: Vertex, c1: Vertex, c2: Vertex) -> Po
 }
 
 // Largest height of a depth above the plane through the surface point, in widths of a texel, at which the depth counts
-// as the surface itself. A surface with a radius of curvature above one texel is lower within a texel. Chosen: larger
-// values overlook near occluders; smaller ones need more rays.
+// as the surface itself. A surface with a radius of curvature of one texel rises about as high within a texel. Chosen:
+// larger values overlook near occluders; smaller ones need more rays.
 const POINT_SURFACE_MAX: f32 = 0.5;
 // Smallest height above the plane, in widths of a texel, at which a depth counts as an occluder that shadows the whole
 // texel. Chosen: smaller values darken points beside occluders; larger ones need more rays.
@@ -162,8 +162,8 @@ const POINT_SUN_VISIBLE: u32 = 1u;
 const POINT_SUN_UNDECIDED: u32 = 2u;
 
 // Visibility of the sun (POINT_SUN_*) from the point p of a plane with the unit normal n, by the sun's depth map. The
-// sun is visible where the four depths around the point are at most POINT_SURFACE_MAX in front of the plane, and hidden
-// where all four are at least POINT_OCCLUDER_MIN in front of it. Otherwise only a ray can decide.
+// sun is visible where the four depths around the point are at most POINT_SURFACE_MAX in front of the plane. It is
+// hidden where all four are at least POINT_OCCLUDER_MIN in front of the plane. Otherwise only a ray can decide.
 fn point_map_visibility(p: vec3<f32>, n: vec3<f32>) -> u32 {
     // Coordinates along `right`, `up` and `to_sun`, -1 to 1 inside the map's box.
     let position = sunlight_position(sunlight, p);

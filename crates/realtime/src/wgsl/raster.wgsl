@@ -2,7 +2,7 @@
 // Nothing is interpolated: locate.wgsl intersects the pixel's ray with the triangle.
 //
 // Clip coordinates come from the camera of frame.wgsl. With the offset o from the camera, they are
-// x = o·right/|right|², y = -o·down/|down|², w = o·forward, and the constant distance of the near plane as z. At w = 1,
+// x = o·right/|right|², y = -o·down/|down|² and w = o·forward. z is constant, the distance of the near plane. At w = 1,
 // the ends of the vectors `right` and `down`, on the edges of the image plane, have x = 1 and y = -1.
 
 // A triangle corner in clip space, with the triangle's index.

@@ -40,7 +40,7 @@ const RESOLVE_SUN_IRRADIANCE: f32 = RESOLVE_PI;
 // Some adapters would decode an sRGB texture to eight bits only, so the texture is a buffer.
 //
 // With x = (encoded + 0.055)/1.055, the result is x^2.4 = x²·x^0.4. A fitted polynomial in √x replaces x^0.4 with a
-// relative error below 1e-6. That of `pow` may be similar, and software adapters compute `pow` more slowly.
+// relative error below 1e-6. WGSL allows `pow` a similar error, and software adapters compute `pow` more slowly.
 fn srgb_decode(encoded: vec3<f32>) -> vec3<f32> {
     let x = (encoded + 0.055) * (1.0 / 1.055);
     let root = sqrt(x);
@@ -66,8 +66,8 @@ fn resolve_pigment(uv: vec2<f32>) -> vec3<f32> {
     let size = vec2<i32>(pigment.size);
     let position = fract(uv) * vec2<f32>(size) - 0.5;
     let t = position - floor(position);
-    // Columns and rows a and b are those below and above the position. They wrap around: `low` is at least -1, and
-    // `low + 1` is at most the size.
+    // Texels a and b have the columns and rows below and above the position. These wrap around: `low` is at least -1,
+    // and `low + 1` is at most the size.
     let low = vec2<i32>(floor(position));
     let a = select(low, size - 1, low < vec2<i32>(0));
     let b = select(low + 1, vec2<i32>(0), low + 1 >= size);
@@ -78,7 +78,7 @@ fn resolve_pigment(uv: vec2<f32>) -> vec3<f32> {
 
 // Reflectance f of the skin with its pigment, in 1/sr; `reflectance` is f_r.
 fn resolve_skin(query: Query, reflectance: vec3<f32>) -> vec3<f32> {
-    if frame.blend == FRAME_NONE || optics.answers == OPTICS_ANSWERS_FILM {
+    if frame.blend == FRAME_NONE || optics.answer_kind == OPTICS_ANSWER_FILM {
         return reflectance;
     }
     let diffuse = resolve_pigment(query.uv) / RESOLVE_PI;

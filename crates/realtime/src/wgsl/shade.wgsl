@@ -44,7 +44,7 @@ fn loops_are_cut_short() -> bool {
 // Whether a query has two finite directions that the method accepts: above the surface, or for a film on either side
 // but not in its plane.
 fn has_answer(query: Query) -> bool {
-    if optics.answers == OPTICS_ANSWERS_FILM {
+    if optics.answer_kind == OPTICS_ANSWER_FILM {
         return pair_is_finite(query.wi) && pair_is_finite(query.wo) && query.wi.z != 0.0 && query.wo.z != 0.0;
     }
     return pair_new(query.wi, query.wo).valid;

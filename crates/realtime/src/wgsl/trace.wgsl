@@ -1,8 +1,8 @@
 // Intersection of rays with the mesh, by the tree of bounding boxes that tree.rs builds.
 //
 // The nodes, at least one, are stored in depth-first order. If the ray hits the box of an inner node, the traversal
-// goes on with the next element of the array, which is the node's first child. Otherwise it jumps to `next`. It needs
-// no stack.
+// goes on with the next element of the array, which is the node's first child. Otherwise, and after a leaf, it jumps to
+// `next`. So it needs no stack.
 
 // A node of the tree: a leaf with one triangle, or an inner node whose box bounds the nodes of its subtree. Counterpart
 // of `Node` in layout.rs.

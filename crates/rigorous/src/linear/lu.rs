@@ -10,8 +10,8 @@
 //! ```
 //!
 //! L and U overwrite the matrix; the unit diagonal of L is not stored. Rows are exchanged as in Gaussian elimination,
-//! and the exchanges of one half of the columns are applied to the other. A view has the real and the imaginary parts
-//! as two matrices, `re` and `im`; `add_product(f, a, b)` adds f·a·b (planes.rs).
+//! and the exchanges of one half of the columns are applied to the other half. A view has the real and the imaginary
+//! parts as two matrices, `re` and `im`; `add_product(f, a, b)` adds f·a·b (planes.rs).
 
 use super::planes::{View, ViewMut};
 use ndarray::Axis;

@@ -63,7 +63,7 @@ impl<'a> View<'a> {
 }
 
 impl<D: Dimension> ViewMut<'_, D> {
-    /// A view of the same elements with a shorter lifetime, after which `self` may be used again.
+    /// A view of the same elements with a shorter lifetime. `self` may be used again when that view is dropped.
     pub(super) fn reborrow(&mut self) -> ViewMut<'_, D> {
         Planes { re: self.re.view_mut(), im: self.im.view_mut() }
     }

@@ -3,8 +3,8 @@
 /// (x, z) in µm.
 pub(crate) type Point = [f64; 2];
 
-/// A straight line, which may be vertical, or a cubic spline z(x). The parameter u runs from 0 to 1, and x is linear in
-/// u.
+/// An edge: a straight line, which may be vertical, or a cubic spline z(x). The parameter u runs from 0 to 1, and x is
+/// linear in u.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Edge {
     /// The point at u = 0.

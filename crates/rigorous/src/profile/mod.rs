@@ -10,15 +10,17 @@ pub(crate) use edge::{Edge, Point};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Largest ratio of height to period, chosen: the lattice sum (`lattice_sum.rs`) of deeper reliefs needs too many
-/// terms along z.
+/// Largest ratio of height to period. `HEIGHT_WAVES_MAX` (`limits.rs`) is measured at this ratio. Deeper reliefs need
+/// more terms of the lattice sum along z (`lattice_sum.rs`), so a larger ratio would lower that limit.
 const DEPTH_MAX: f64 = 2.0;
 
-/// Most corners in one period, 64. In sampled heights a wall counts as one corner, but it is an edge, and another edge
-/// begins there. With at most two edges a corner, [`NODES_MAX`] nodes suffice for [`NODES_PER_EDGE`] on each.
+/// Most corners in one period, 64. In sampled heights a wall counts as one corner, but it is an edge itself, and
+/// another edge begins there. With at most two edges for each corner, [`NODES_MAX`] nodes suffice for
+/// [`NODES_PER_EDGE`] on each edge.
 const CORNERS_MAX: usize = NODES_MAX / (2 * NODES_PER_EDGE);
 
-/// Length of the shortest accepted edge, in periods. Chosen: rounding determines the direction of much shorter ones.
+/// Length of the shortest accepted edge, in periods. Positions are rounded to about 1e-16 periods, so the direction of
+/// such an edge has seven digits. Shorter edges have fewer.
 const EDGE_MIN: f64 = 1e-9;
 
 /// One period of a relief: either smooth, or edges that meet in corners. Lengths are in µm.
@@ -49,7 +51,7 @@ pub struct Profile {
 pub(crate) enum Shape {
     /// Harmonics: Fourier coefficients c_m in µm, m from 0 on, of the height `Re Σ_m c_m e^{2πimx/period}`.
     Smooth(Vec<Complex64>),
-    /// Connected edges; the last ends one period after the first began.
+    /// Connected edges; the last one ends one period to the right of the start of the first one.
     Edges(Vec<Edge>),
 }
 
@@ -73,7 +75,7 @@ impl Profile {
         Ok(Self { period: period_um, shape: Shape::Smooth(harmonics) })
     }
 
-    /// A sawtooth that rises along +x from 0 to `height_um`, and drops at the end of the period.
+    /// A sawtooth that rises along +x from 0 to `height_um`, and drops at the end of the period. Lengths are in µm.
     ///
     /// # Errors
     /// Errors of [`Profile::sinusoid`], and a wall above 0 but shorter than 1e-9 periods.

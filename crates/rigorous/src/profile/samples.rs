@@ -15,15 +15,15 @@ const SAMPLES_MIN: usize = 8;
 /// Smallest turn at a kink and on either side of a wall, in radians (20°). Smaller turns are noise.
 const TURN_MIN: f64 = 0.35;
 /// Smallest ratio of the turn at a kink to the turns two samples before and after. A bend that the sampling resolves
-/// stays below it.
+/// stays below this ratio.
 const KINK_SHARPNESS_MIN: f64 = 4.0;
 /// Smallest angle of a wall's step, in radians (60°). Less steep steps are flanks.
 const WALL_ANGLE_MIN: f64 = 1.047;
 /// Largest deviation of samples from a straight edge, as a fraction of the relief's height. On a relief five
 /// wavelengths high it shifts a reflected wavefront by a hundredth of a wavelength.
 const STRAIGHT_DEVIATION_MAX: f64 = 1e-3;
-/// Largest sum of the magnitudes of the harmonics left out, as a fraction of the largest harmonic. The relief changes
-/// by about a ten-thousandth of its height.
+/// Largest sum of the magnitudes of the harmonics left out, as a fraction of the largest harmonic. Leaving them out
+/// changes the relief by at most about a ten-thousandth of its height.
 const TRUNCATION_MAX: f64 = 1e-4;
 /// Fewest samples of a spline, the number of coefficients of a cubic. A piece of fewer samples becomes a straight edge.
 const SPLINE_SAMPLES_MIN: usize = 4;
@@ -53,8 +53,8 @@ impl Corner {
         }
     }
 
-    /// Last sample of the edge that ends at this corner. An edge that ends at the first wall of the period ends in the
-    /// next period, so i ≥ 1.
+    /// Last sample of the edge that ends at this corner. The edge that ends at the first corner ends in the next period
+    /// ([`Corner::in_next_period`]), so i ≥ 1.
     fn last_sample(self) -> usize {
         match self {
             Self::Wall(i) => i - 1,
@@ -99,8 +99,8 @@ fn find_corners(step: f64, heights: &[f64]) -> Vec<Corner> {
     // The angle of the step from sample i − 1 to sample i. Indices may exceed n, since the heights repeat.
     let angle = |i: usize| (heights[i % n] - heights[(i + n - 1) % n]).atan2(step);
     let turn = |i: usize| angle(i + 1) - angle(i);
-    // Whether a wall lies between samples i − 1 and i, a steep step with a turn at both. `i + n − 1` is sample i − 1,
-    // without a negative index.
+    // Whether a wall, a steep step with a turn at both samples, lies between samples i − 1 and i. `i + n − 1` is sample
+    // i − 1, without a negative index.
     let is_wall =
         |i: usize| angle(i).abs() > WALL_ANGLE_MIN && turn(i + n - 1).abs() > TURN_MIN && turn(i).abs() > TURN_MIN;
     // Whether sample i is a kink. A sample beside a wall turns because of the wall.
@@ -118,9 +118,9 @@ fn find_corners(step: f64, heights: &[f64]) -> Vec<Corner> {
 
 /// Edges between consecutive corners, and vertical walls where the ends of neighbouring edges differ in height.
 ///
-/// Each edge is fitted to its *piece*, the samples from its first corner to the next. Its ends are extrapolated to the
-/// corners. The last edge ends at the first corner of the next period. Differences up to [`EDGE_MIN`], the shortest
-/// edge in periods, are no walls.
+/// Each edge is fitted to its *piece*, the samples from its first corner to the next. The edge's ends are
+/// extrapolated to the corners. The last edge ends at the first corner of the next period. Differences in
+/// height up to [`EDGE_MIN`] periods, the shortest edge, are no walls.
 fn edges_between(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
     let n = heights.len();
     let step = period / n as f64;
@@ -151,7 +151,7 @@ fn edges_between(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> 
             Edge::spline(x0, x1, &resampled(&piece, x0 / step - first as f64, x1 / step - first as f64))
         });
     }
-    // The wall between the last edge and the first of the next period.
+    // The wall between the last edge and the first edge of the next period.
     if let (Some(last), Some(first)) = (edges.last(), edges.first()) {
         let (end, begin) = (last.ends()[1], first.ends()[0]);
         if (end[1] - begin[1]).abs() > EDGE_MIN * period {
@@ -172,8 +172,8 @@ fn extrapolated(piece: &[f64], position: f64) -> f64 {
     piece[i] + (piece[i + 1] - piece[i]) * (position - i as f64)
 }
 
-/// `piece` resampled at the centres of n equal intervals between `from` and `to`, with n the length of `piece`.
-/// Positions are in samples; sample i covers i to i + 1.
+/// `piece` resampled at the centres of n equal intervals between the corners `from` and `to`, as [`Edge::spline`] needs
+/// it; n is the length of `piece`. Positions are in samples; sample i covers i to i + 1.
 fn resampled(piece: &[f64], from: f64, to: f64) -> Vec<f64> {
     let n = piece.len();
     (0..n).map(|i| extrapolated(piece, from + (to - from) * (i as f64 + 0.5) / n as f64 - 0.5)).collect()

@@ -1,4 +1,4 @@
-//! The Faddeeva function.
+//! The Faddeeva function w, a scaled complementary error function of a complex number.
 
 use num_complex::Complex64;
 use std::f64::consts::PI;
@@ -26,8 +26,8 @@ pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
     let square = z * z;
     // Where z is far from the real axis, the path of integration, the midpoint rule needs no residue.
     let pole_is_near = z.im < z.re.max(PI / step);
-    // Otherwise the rule is that whose nodes are farther from Re z, at least a quarter of a step. Multiples of the step
-    // are nodes of the trapezium rule.
+    // Elsewhere the rule is the one whose nodes are farther from Re z: at least a quarter of a step. Nodes of the
+    // trapezium rule are the multiples of the step.
     let re_in_steps = z.re / step;
     let is_midpoint_rule = !pole_is_near || (re_in_steps - re_in_steps.round()).abs() < 0.25;
     let mut sum = Complex64::ZERO;

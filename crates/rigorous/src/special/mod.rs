@@ -1,5 +1,5 @@
-//! Special functions: Chebyshev series, exponential integral, Faddeeva function, and tables of Hankel and Bessel
-//! functions over the distance.
+//! Special functions: Chebyshev series, exponential integral, Faddeeva function (a scaled complementary error function
+//! of a complex number), and tables of Hankel and Bessel functions over the distance.
 
 mod chebyshev;
 mod expint;

@@ -11,8 +11,8 @@ use crate::Error;
 use complex_bessel::{Scaling, besselj_seq, hankel1_seq};
 use num_complex::Complex64;
 
-/// Chebyshev terms on a panel. Along z = kr, `e^{−iz} H(z)` is singular at r = 0 only, which is x = −3. The remainder
-/// of n terms, relative to the largest value on the panel, therefore falls as (3 + √8)^−n: here 2e-14.
+/// Number of Chebyshev terms on a panel. `e^{−ikr} H(kr)` is singular at r = 0 only, which is x = −3. The remainder of
+/// n terms, relative to the largest value on the panel, therefore falls as (3 + √8)^−n: here 2e-14.
 const PANEL_TERMS: usize = 18;
 
 /// Number of Chebyshev terms of the Bessel functions in addition to ⌈|kR|⌉, their largest argument. J₀ then has an

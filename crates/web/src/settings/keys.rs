@@ -22,15 +22,15 @@ impl Settings {
     /// Keys of the relief, the method's data and the scene for these settings.
     pub fn keys(&self) -> Keys {
         let config = self.config();
-        // Heights do not depend on the tiling. `level` names what is subtracted from a scan's heights. It is written
-        // even where it is missing: an explicit default has the same key.
+        // Heights do not depend on the tiling. `level` names what is subtracted from a scan's heights. It is always
+        // written, so that a missing `level` and its explicit default have the same key.
         let mut relief = SurfaceConfig::default();
         relief.set_relief_source(ReliefSource { level: Some(config.level()), tiling: None, ..config.relief_source() });
         (relief.scale, relief.depth) = (config.scale, config.depth);
         let mut method = config;
         if method.conserve_energy != Some(true) {
-            // Without energy conservation only the tables of a film depend on its index, by which its relief is
-            // magnified. Evaluators apply other indices later, but keep the obliquity factor and the shadowing.
+            // Without energy conservation the tables do not depend on the index, except those of a film, whose relief
+            // is magnified by it. Evaluators take other indices, with their obliquity factors, later (`set_index`).
             (method.eta, method.k) = (method.body().map(|body| body.eta), None);
         }
         Keys {

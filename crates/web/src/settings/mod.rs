@@ -265,20 +265,20 @@ impl Settings {
         self.surface.index().unwrap_or(KERATIN)
     }
 
-    /// Options of the library for this configuration and index, with all defaults filled in.
-    pub fn model(&self) -> Options {
+    /// Options of the library for [`Settings::config`] and [`Settings::index`], with all defaults filled in.
+    pub fn library_options(&self) -> Options {
         self.config().options_for(Some(&SpectralIndex::Constant(self.index())))
     }
 
     /// The optics that the renderer's shader adds to the method's reflectance: index, cover, obliquity factor and
     /// shadowing.
     pub fn optics(&self) -> Optics {
-        let surface_options = self.model();
+        let options = self.library_options();
         Optics {
             index: Some(self.index()),
             cover: self.surface.cover(),
-            obliquity: surface_options.obliquity,
-            shadowing: surface_options.shadowing,
+            obliquity: options.obliquity,
+            shadowing: options.shadowing,
         }
     }
 

@@ -54,9 +54,9 @@ class Colour(Want):
     ``mirror_deg`` (3), ``lambda_step_nm`` (5).
 
     Defaults are in parentheses. The mean colour is the colour of the light reflected into all directions. The gamut is
-    the convex hull, in CIE 1976 u'v', of the colours seen by a detector ``detector_deg`` wide at angles of view from
-    −_VIEW_MAX_DEG to _VIEW_MAX_DEG. It leaves out views within ``mirror_deg`` of the mirror direction and views darker
-    than _LUMINANCE_FLOOR.
+    the convex hull, in CIE 1976 u'v', of the colours that a detector sees. The detector is ``detector_deg`` wide, and
+    its angles of view go from −_VIEW_MAX_DEG to _VIEW_MAX_DEG. The gamut leaves out views within ``mirror_deg`` of the
+    mirror direction and views darker than _LUMINANCE_FLOOR.
     """
 
     #: One of ILLUMINANTS.

@@ -87,7 +87,7 @@ class Orders(Want):
                 for order in report["orders"]:
                     # Efficiencies: `te` and `tm` by polarisation, which the scalar theory lacks, and `mean` of both.
                     kept = {key: order.get(key) for key in ("order", "theta_deg", "phi_deg", "te", "tm", "mean")}
-                    # Bodies that transmit have orders on both sides; reports on the others name no side.
+                    # Bodies that transmit have orders on both sides. Reports on other surfaces name no side.
                     side = order.get("side", "above")
                     rows.append({"theory": theory, "wavelength_nm": nm, "side": side, **kept})
                     if side == "above":

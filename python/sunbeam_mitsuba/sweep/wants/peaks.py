@@ -93,7 +93,7 @@ class Peaks(Want):
     def compute(self, question: Question) -> Answer:
         period_nm = 1e3 * self._period_um(question.parameters)
         sin_i = float(np.sin(np.radians(question.theta_i_deg)))
-        # Built first, so that a refused surface is reported as such.
+        # Built before the search, so that the error of a refused surface comes before that of a missing peak.
         reflector = question.reflector()
         rows, spacings_nm, errors_deg = [], [], []
         for nm in self.wavelengths_nm:
@@ -121,8 +121,9 @@ class Peaks(Want):
     def _peak_deg(self, question: Question, reflector: Reflector, nm: float, period_nm: float) -> float | None:
         """The angle with the largest ``f_r`` at a wavelength in nm, searched around the order of ``period_nm``.
 
-        ``None`` without a peak: where the largest value lies at an end of the search range, where fewer than three
-        angles lie in it (almost all of it is below the horizon), and where all values are 0 or one is NaN.
+        The result is ``None`` without a peak: where the largest value lies at an end of the search range, and where all
+        values are 0 or one is NaN. So it is where fewer than three angles lie in the range, because almost all of it is
+        below the horizon.
         """
         sin_i = float(np.sin(np.radians(question.theta_i_deg)))
         # Sines of the first and the last angle of the search. The largest spacing has the smallest angle.

@@ -1,4 +1,7 @@
 //! One method with one set of parameters, ready to be timed and compared with the reference.
+//!
+//! Symbols, as in docs/model.md: the reflectance `f_r` in 1/sr is the Fresnel factor times `O·M·S/λ²`, with the
+//! obliquity factor O, the shadowing factor M, the power spectrum S of the relief in µm² and the wavelength λ.
 
 use super::{Entry, Errors, Timing};
 use crate::benchmarks::DirectionPair;
@@ -27,11 +30,11 @@ pub(super) struct Candidate {
 
 /// The evaluator behind a candidate.
 pub(super) enum Evaluator {
-    /// A method that computes colours, in single precision. Its answers are S/λ² in 1/sr, with the power spectrum S.
-    /// The reflectance `f_r` is S/λ² times the Fresnel factor, the obliquity factor O and the shadowing factor M.
+    /// A method that computes colours, in single precision. Its answers are `S/λ²` in 1/sr, at a wavelength or
+    /// integrated to linear sRGB, without `O·M`.
     Colour(Box<dyn Method>),
     /// A surface whose spectral tables are read at each wavelength, with the wavelengths and weights that turn a
-    /// spectrum into a colour. Their values include `O·M`.
+    /// spectrum into a colour. Its values are `O·M·S/λ²`.
     Spectral(Arc<Surface>, SpectralToRgb),
 }
 
@@ -45,8 +48,8 @@ impl Candidate {
 
     /// The linear sRGB of `f_r` in 1/sr, without the Fresnel factor.
     ///
-    /// `factor` is the obliquity and shadowing factor `O·M` of the pair (docs/model.md#the-reflectance). Spectral
-    /// tables include it, so only [`Evaluator::Colour`] is multiplied by it.
+    /// `factor` is `O·M` of the pair. Only answers of [`Evaluator::Colour`] are multiplied by it, since spectral tables
+    /// include it.
     pub(super) fn rgb(&self, pair: &DirectionPair, factor: f64) -> [f64; 3] {
         match &self.evaluator {
             Evaluator::Colour(method) => {
@@ -59,7 +62,7 @@ impl Candidate {
 
     /// `f_r` in 1/sr at a wavelength in nm, without the Fresnel factor; `None` from methods without spectra.
     ///
-    /// `factor` is that of [`Candidate::rgb`].
+    /// `factor` is `O·M` of the pair, as in [`Candidate::rgb`].
     pub(super) fn spectral(&self, pair: &DirectionPair, factor: f64, nm: f64) -> Option<f64> {
         match &self.evaluator {
             Evaluator::Colour(method) => {

@@ -11,11 +11,15 @@
 //! The published methods (docs/realtime.md) are measured with the library's defaults, with the parameters of Single
 //! 2014, and with cheaper or finer ones:
 //!
-//! - FLSS sums the nearest orders at equal steps of the wavelength;
-//! - NMM sums them only at the wavelengths at which an order of light from wi leaves along wo, with quadrature weights
-//!   unless `weighted` is false;
-//! - PQ sums over a finite number of tiles;
-//! - Stam's method follows from the spacing of the relief along x alone.
+//! - FLSS (full lambda spectral sampling) sums the diffraction orders nearest to the direction of view, at equal steps
+//!   of the wavelength;
+//! - NMM (non-uniform wavelengths) sums such orders only at the wavelengths of which an order leaves towards the
+//!   viewer. Unless `weighted` is false, each wavelength has the width of the interval that it represents as a weight;
+//! - PQ sums over a finite number of tiles, P along x and Q along y;
+//! - Stam's method knows only the spacing of the relief's grooves along x.
+//!
+//! These methods evaluate one fixed coherence window ([`Model::Patch`]). Tables also have the mean over all positions
+//! of the window ([`Model::Ensemble`]).
 //!
 //! Single 2014 is M. Single's thesis, *An Interactive Shader for Natural Diffraction Gratings* (Bern).
 
@@ -34,8 +38,8 @@ use sunbeam::scattering::Options;
 use sunbeam::table::{Model, Progress};
 use sunbeam::transform::Series;
 
-/// Steps between wavelengths in nm, the default first: the first candidate is the baseline. Parameter sets besides the
-/// default have only some of the steps, which saves time.
+/// Steps between wavelengths in nm. The default, 5, comes first, since the first candidate is the baseline. Parameter
+/// sets besides the default have only some of the steps, which saves time.
 const STEPS_NM: [f64; 6] = [5.0, 1.0, 2.0, 10.0, 25.0, 50.0];
 /// Tolerances that are measured besides that of the surface.
 const TOLERANCES: [f64; 2] = [1e-1, 1e-2];
@@ -92,8 +96,8 @@ impl Builder<'_> {
         TOLERANCES.into_iter().filter(|tolerance| *tolerance != self.options.tolerance).collect()
     }
 
-    /// Adds a published method with the parameters that it uses. `counts` are the terms and orders that it sums: they
-    /// replace options that are `None` in the report.
+    /// Adds a published method, and reports only the parameters that it reads. `counts` are the numbers of terms and
+    /// orders that it sums. They are reported in place of the options, which may be `None`.
     fn push<M: Method + 'static>(
         &mut self,
         kind: MethodKind,
@@ -126,11 +130,12 @@ impl Builder<'_> {
         });
     }
 
-    /// Adds FLSS with one set of transforms, which several steps between wavelengths share. Returns the terms and
-    /// orders that it sums.
+    /// Adds FLSS with one set of parameters at several steps between wavelengths, which share the transforms of the
+    /// relief. Returns the numbers of terms and orders that FLSS sums.
     fn flss_steps(&mut self, parameters: &Parameters, steps_nm: &[f64]) -> Result<OrderCounts, BenchError> {
         let start = Instant::now();
         let Parameters { tolerance, options } = parameters;
+        // Adds the candidate's name to an error.
         let named = |source| BenchError::Method { candidate: format!("flss {options:?}"), source };
         let tolerance = tolerance.unwrap_or(self.options.tolerance);
         let method = Flss::new(self.field, self.options.coherence_length_um, tolerance, options, &Progress::none())
@@ -148,6 +153,7 @@ impl Builder<'_> {
     /// Adds FLSS with its parameter sets.
     fn flss(&mut self) -> Result<(), BenchError> {
         let default = MethodOptions::default();
+        // Parameters with these options and the surface's tolerance.
         let with = |options: MethodOptions| Parameters { tolerance: None, options };
         // Single 2014: Taylor's series and 3 × 3 orders.
         let single = MethodOptions { series: Series::Taylor, neighbourhood: Some(3), ..default.clone() };
@@ -175,7 +181,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Adds NMM with one parameter set. Returns the terms and orders that it sums.
+    /// Adds NMM with one parameter set. Returns the numbers of terms and orders that it sums.
     fn nmm_with(&mut self, options: MethodOptions) -> Result<OrderCounts, BenchError> {
         let start = Instant::now();
         let Options { coherence_length_um, tolerance, .. } = *self.options;
@@ -204,7 +210,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Adds PQ with one set of transforms, which several steps between wavelengths share.
+    /// Adds PQ with one set of parameters at several steps between wavelengths, which share the relief's transforms.
     fn pq_steps(&mut self, options: &MethodOptions, steps_nm: &[f64]) -> Result<(), BenchError> {
         let start = Instant::now();
         let Options { coherence_length_um, tolerance, .. } = *self.options;
@@ -251,7 +257,7 @@ impl Builder<'_> {
     /// Adds colour tables of both models, with several resolutions and tolerances.
     fn colour_tables(&mut self) -> Result<(), BenchError> {
         let default_tolerance = self.options.tolerance;
-        // Model, resolution and tolerance of each table.
+        // Model, resolution and tolerance of each table. By default the model is the ensemble and the resolution 1.
         let mut sets = vec![(Model::Ensemble, 1.0, default_tolerance), (Model::Ensemble, 0.5, default_tolerance)];
         if !self.few {
             sets.extend([0.35, 0.7, 1.4].map(|resolution| (Model::Ensemble, resolution, default_tolerance)));
@@ -273,7 +279,7 @@ impl Builder<'_> {
             })?;
             let mut parameters =
                 Map::from_iter([("resolution".into(), json!(resolution)), ("tolerance".into(), json!(tolerance))]);
-            // A table that would be too large has a shorter coherence length than requested.
+            // A table that would be too large is built for a shorter coherence length, which is then reported.
             let coherence_length_um = table.report().coherence_length_um;
             if coherence_length_um != options.coherence_length_um {
                 parameters.insert("coherence_length_shown_um".into(), json!(coherence_length_um));
@@ -323,7 +329,7 @@ impl Builder<'_> {
     }
 }
 
-/// Size in bytes of the data that a method looks up, on the CPU and on the GPU.
+/// Size in bytes of the data that a method looks up. Its shader holds the same data as the code on the CPU.
 fn shader_bytes(method: &dyn Method) -> u64 {
     method.shader().storage.iter().map(|data| data.len() as u64).sum()
 }

@@ -1,9 +1,12 @@
 //! Errors of a candidate, a method with its parameters, against the reference spectra (`Truth`), over all pairs of
 //! directions.
 //!
-//! Spectra and colours are those of f_r in 1/sr without the Fresnel factor. The reference's S/λ² is multiplied by the
-//! obliquity and shadowing factor O·M (docs/model.md#the-reflectance). For ΔE₂₀₀₀, colours are exposed and clipped as
-//! on a screen, with one exposure for each direction of incidence.
+//! Spectra and colours are those of the reflectance f_r in 1/sr without the Fresnel factor. The reference spectra are
+//! S/λ² in 1/sr, with the power spectrum S of the relief and the wavelength λ. They are multiplied by the obliquity and
+//! shadowing factor O·M of each pair (docs/model.md#the-reflectance).
+//!
+//! A ΔE₂₀₀₀ is the difference of two colours by CIEDE2000; 1 is just noticeable. For it, colours are exposed and
+//! clipped as on a screen, with one exposure for each direction of incidence.
 
 use super::candidate::Candidate;
 use crate::arguments::VISIBLE_NM;
@@ -17,7 +20,7 @@ use sunbeam::table::Model;
 /// Step between the wavelengths at which spectra are compared, in nm: a whole multiple of the reference's step.
 const SPECTRAL_STEP_NM: f64 = 5.0;
 /// Brightness, relative to the brightest direction, below which a direction counts as dark. The exposure hardly depends
-/// on it, since orders fall off by many powers of ten.
+/// on this limit, since the brightness falls off by many powers of ten beside an order.
 const DARK: f64 = 1e-4;
 /// Fraction of the lit directions that the exposure clips. With larger values most orders would be white, with smaller
 /// ones most would be dark.
@@ -89,7 +92,7 @@ impl<'a> References<'a> {
     /// # Errors
     /// A step between wavelengths for which colours have no weights.
     pub(super) fn new(truth: &Truth, pairs: &'a [DirectionPair], options: &Options) -> Result<Self, BenchError> {
-        // Directions that do not lie above the surface make no pair, and the factor is 0.
+        // The factor is 0 for directions that do not lie above the surface.
         let factor = |p: &DirectionPair| Pair::new(p.wi, p.wo).map_or(0.0, |pair| options.angular_factor(&pair));
         let factors: Vec<f64> = pairs.iter().map(factor).collect();
         let to_rgb = SpectralToRgb::visible(truth.step_nm())?;

@@ -1,9 +1,15 @@
 //! Time against error of every method and parameter set on one surface.
 //!
 //! A *candidate* is a method with one set of parameters (candidate.rs). It becomes an [`Entry`] of the report. Colours
-//! are those of `f_r` in 1/sr without the Fresnel factor. The *oracle* is the direct double-precision sum, from which
-//! the reference spectra ([`Truth`]) follow. The published methods are compared with the reference of the patch model
-//! (one fixed coherence window), tables with the reference of their own model.
+//! are those of the reflectance `f_r` in 1/sr without the Fresnel factor. A ΔE₂₀₀₀ is the difference of two colours by
+//! CIEDE2000; 1 is just noticeable.
+//!
+//! The *reference* spectra ([`Truth`]) are exact to rounding. They are checked against the *oracle*, the direct
+//! double-precision sum, which is too slow for all of them. The published methods (docs/realtime.md) are compared with
+//! the reference of the patch model, one fixed coherence window. Tables are compared with the reference of their own
+//! model: patch, or ensemble, the mean over all positions of the window.
+//!
+//! κ = 2π·(cosθi + cosθo)/λ is the phase rate of a pair of directions, and H half the range of the heights.
 //!
 //! All candidates of a surface are in memory at once. Each repetition times all of them one after another, so that
 //! other processes on the machine slow them down alike.
@@ -35,11 +41,10 @@ const ORACLE_LIMIT: f64 = 1e-9;
 /// Number of values at which [`Truth`] is compared with the oracle. Each oracle value is a sum over the tile, so
 /// larger numbers take longer; smaller ones may miss a defect.
 const ORACLE_CHECKS: usize = 12;
-/// Shortest wavelength of the methods in µm, at which the phase rate κ times half the range of heights is
-/// largest.
+/// Shortest wavelength of the methods in µm, at which κH is largest.
 const SHORTEST_UM: f64 = 0.38;
 
-/// The size of a run. Larger numbers (a smaller step) give steadier figures and take longer.
+/// The size of a run. Larger numbers, and a smaller step, give steadier figures and take longer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Effort {
     /// Pairs of directions over which errors are computed.
@@ -85,7 +90,7 @@ pub(crate) struct SurfaceFigures {
     pub(crate) pixels: [usize; 2],
     /// Width and height of the tile in µm.
     pub(crate) extent_um: [f64; 2],
-    /// Largest κH: half the range of heights times κ = 4π/λ at 380 nm, with both directions along the normal.
+    /// Largest κH: at 380 nm, with both directions along the normal.
     pub(crate) kappa_h: f64,
     /// Coherence length in µm.
     pub(crate) coherence_length_um: f64,
@@ -117,11 +122,11 @@ pub(crate) struct Entry {
     pub(crate) gpu: Option<Timing>,
     /// Errors against the reference.
     pub(crate) errors: Errors,
-    /// Whether the entry is on the Pareto front (pareto.rs) of the time on the CPU, the mean of ΔE₂₀₀₀ and its 99th
-    /// percentile. Entries of this method with the other model are not compared.
+    /// Whether the entry is on the Pareto front (pareto.rs): no other entry beats it in the time on the CPU, the mean
+    /// of ΔE₂₀₀₀ and its 99th percentile. Entries of this method with the other model do not count.
     pub(crate) on_front: bool,
-    /// Whether the entry is on the Pareto front of this method and model. The error of the spectrum counts as a fourth
-    /// coordinate.
+    /// Whether the entry is on the Pareto front of the entries with this method and model. The error of the spectrum
+    /// counts as a fourth coordinate.
     pub(crate) on_front_of_method: bool,
 }
 
@@ -177,6 +182,7 @@ pub(crate) fn measure(
         .collect();
     mark_fronts(&mut entries);
     let (low, high) = field.range_um();
+    // κ = 4π/λ along the normal, and H = (high − low)/2.
     Ok(SurfaceFigures {
         pixels: field.size().into(),
         extent_um: field.extent_um().into(),
@@ -193,13 +199,13 @@ fn mark_fronts(entries: &mut [Entry]) {
     let colour_cost = |entry: &Entry| Cost::new(entry.cpu.microseconds, delta_e(entry));
     let spectral_cost = |entry: &Entry| {
         let [mean, p99] = delta_e(entry);
-        // All entries of a method have spectra, or none has: then the error is 0 for all of them.
+        // Either all entries of a method have spectra, or none has. Without spectra, 0 makes their errors equal.
         Cost::new(entry.cpu.microseconds, [mean, p99, entry.errors.spectral_rmse.unwrap_or(0.0)])
     };
     let marks: Vec<(bool, bool)> = entries
         .iter()
         .map(|entry| {
-            // A method's two models differ in appearance, so one does not replace the other.
+            // The models patch and ensemble of a method differ in appearance, so one does not replace the other.
             let rivals = entries.iter().filter(|other| other.method != entry.method || other.model == entry.model);
             let same_method = entries.iter().filter(|other| other.method == entry.method && other.model == entry.model);
             let on_front = colour_cost(entry).is_on_front(rivals.map(colour_cost));

@@ -1,7 +1,8 @@
 //! Time per colour of the methods' shaders on the GPU.
 //!
-//! A query is a pair of directions, and a run answers an array of queries. The baseline is the first candidate with a
-//! shader. Each repetition times the baseline, and then the candidate.
+//! A candidate is a method with one set of parameters (candidate.rs). A query is a pair of directions, and a run
+//! answers an array of queries. The baseline is the first candidate with a shader. Each repetition times the baseline,
+//! and then the candidate.
 
 use super::candidate::{Candidate, Evaluator};
 use super::{Effort, Timing};
@@ -13,12 +14,12 @@ use sunbeam_realtime::{Gpu, GpuError, Optics, Query, Shader};
 /// Number of queries of the first run, from which the speed of a shader is estimated. It is small, so that the run is
 /// short on slow adapters, too.
 const FIRST_QUERIES: usize = 128;
-/// Largest number of queries of a run: enough to fill any GPU.
+/// Largest number of queries of a run: enough to fill any GPU. More would only take memory.
 const QUERIES_MAX: usize = 1 << 20;
 /// Largest factor between the numbers of queries of consecutive runs. Short runs are mostly start-up time, so estimates
-/// from them are unreliable.
+/// from them are unreliable: a larger factor may overshoot, a smaller one needs more runs.
 const GROWTH_MAX: f64 = 16.0;
-/// Factor on the number of queries below which the search for a longer run ends. Smaller values come nearer to
+/// Smallest factor on the number of queries for which a longer run is tried. Smaller values come nearer to
 /// [`Effort::repetition_ms`], with more runs.
 const GROWTH_MIN: f64 = 1.5;
 /// Shortest time in ms by which the estimate divides: a coarse clock may not advance during a short run.

@@ -5,7 +5,8 @@
 /// more entries.
 const MARGIN: f64 = 0.05;
 
-/// ΔE₂₀₀₀ below which entries count as equally good. A difference of 1 is just noticeable.
+/// ΔE₂₀₀₀ (colour difference by CIEDE2000) below which entries count as equally good. A difference of 1 is just
+/// noticeable, so a twentieth cannot be seen. With a smaller limit, more entries that look alike are on the front.
 const DELTA_E_MIN: f64 = 0.05;
 
 /// A ΔE₂₀₀₀ for [`Cost::errors`]: at least [`DELTA_E_MIN`], which makes all smaller values equal. A NaN stays.

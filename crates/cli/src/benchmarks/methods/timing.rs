@@ -11,11 +11,11 @@ use cpu_time::ThreadTime;
 use serde::Serialize;
 use std::hint::black_box;
 
-/// Smallest number of direction pairs of a timing. The cost of a colour depends on the directions, so the mean over
-/// fewer pairs would depend on the choice of pairs.
+/// Smallest number of direction pairs of a timing. The cost of a colour depends on the directions, so with fewer pairs
+/// the mean would depend on their choice. With more, slow candidates would exceed [`Effort::repetition_ms`].
 const PAIRS_MIN: usize = 64;
-/// Smallest duration of a timing as a fraction of [`Effort::repetition_ms`]; a shorter pass is repeated. In a full run
-/// the duration is long compared with the resolution of the clock.
+/// Smallest duration of a timing as a fraction of [`Effort::repetition_ms`]; shorter passes are repeated. In a full run
+/// that is 5 ms, long compared with the resolution of the clock. Larger fractions take more time.
 const TIMED_FRACTION: f64 = 0.2;
 /// Lower limit of measured times in seconds, which are divisors: a coarse clock may not advance during a short run.
 const TIME_MIN_S: f64 = 1e-9;
@@ -32,7 +32,7 @@ pub(crate) struct Timing {
     pub(crate) least_us: f64,
     /// Longest in µs.
     pub(crate) most_us: f64,
-    /// Median ratio to the baseline's time in the same repetition.
+    /// Median of the ratios to the baseline's time in the same repetition.
     pub(crate) ratio: f64,
 }
 
@@ -72,6 +72,7 @@ pub(super) fn on_cpu(candidates: &[Candidate], pairs: &[DirectionPair], effort: 
         .collect();
     let timing = |candidate: &Candidate| {
         let alike: Vec<usize> = (0..candidates.len()).filter(|i| candidates[*i].costs_like(candidate)).collect();
+        // Pairs of a time and the baseline's, that of candidate 0, in the same repetition.
         let with_baseline = alike.iter().flat_map(|&i| repetitions_us.iter().map(move |times| (times[i], times[0])));
         let (times_us, baseline_us): (Vec<f64>, Vec<f64>) = with_baseline.unzip();
         Timing::new(&times_us, &baseline_us)
@@ -105,8 +106,8 @@ fn mean_microseconds(candidate: &Candidate, pairs: &[DirectionPair], effort: &Ef
 fn seconds(candidate: &Candidate, pairs: &[DirectionPair]) -> f64 {
     let start = ThreadTime::now();
     for pair in pairs {
-        // The obliquity and shadowing factor O·M (docs/model.md#the-reflectance) is 1 here, since every colour method
-        // has the same one. Spectral tables compute their own.
+        // 1 stands for the obliquity and shadowing factor O·M (docs/model.md#the-reflectance). All colour methods are
+        // multiplied by the same factor, so its time is left out. Spectral tables compute it themselves.
         black_box(candidate.rgb(black_box(pair), 1.0));
     }
     start.elapsed().as_secs_f64().max(TIME_MIN_S)

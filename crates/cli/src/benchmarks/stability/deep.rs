@@ -7,7 +7,8 @@
 //! - κ = 2πw/λ: the phase rate in rad/µm;
 //! - h: the height in µm, relative to the middle of the range of heights;
 //! - H: half the range of heights in µm;
-//! - S(f; κ): the power spectral density in µm².
+//! - S(f; κ): the power spectral density in µm². The *patch* model has it for one fixed coherence window, the
+//!   *ensemble* model as the mean over all positions of the window.
 //!
 //! The phase screen exp(iκh) is expanded in a Taylor or Chebyshev series in h/H, whose coefficients depend on κH.
 //! Taylor's terms grow like e^κH before they cancel, so rounding limits the depth. An order's amplitude is one bin of
@@ -32,15 +33,16 @@ use sunbeam::transform::{Expansion, OrderTransform, Precision, Series, chebyshev
 /// scales of *Xenopeltis*.
 pub const KAPPA_H: [f64; 14] = [1.0, 2.0, 4.0, 7.0, 10.0, 13.56, 17.0, 20.0, 25.0, 30.0, 50.0, 100.0, 150.0, 200.0];
 
-/// Largest remainder of either series. It is so small that rounding in single precision dominates the error.
+/// Largest remainder of either series. It is so small that rounding dominates the error in single precision; a larger
+/// one would hide the rounding.
 const REMAINDER: f64 = 1e-8;
 /// Tolerance of the tables and of the method FLSS.
 const TOLERANCE: f64 = 1e-3;
 /// Smallest w of the scattering vectors at which FLSS is compared: there both directions are at most 1.2° above the
 /// horizon.
 const W_MIN: f64 = 0.02;
-/// Largest distance of a scattering vector near an order from its centre, in orders along each axis. Most random
-/// vectors lie between orders, where S is small.
+/// Largest distance between an order and a scattering vector that is moved there, in orders along each axis. Most
+/// random vectors lie between orders, where S is small.
 const NEAR_ORDER: f64 = 0.1;
 
 /// Errors at one κH.
@@ -105,7 +107,7 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     let (mut flss_chebyshev, mut flss_taylor) = (flss(Series::Chebyshev)?, flss(Series::Taylor)?);
     let options = Options { conserve_energy: false, tolerance: TOLERANCE, ..Options::default() };
     let surface = Surface::new(&field, &options)?;
-    let mut of_tables = table_errors(&surface, &Exact::new(&field, &options, None), directions);
+    let mut errors_of_tables = table_errors(&surface, &Exact::new(&field, &options, None), directions);
     Ok(DeepPoint {
         kappa_h,
         taylor_terms: taylor,
@@ -117,8 +119,8 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
         flss_p99: flss_chebyshev.as_mut().map(|errors| percentile_99(errors)),
         flss_largest: flss_chebyshev.map(largest),
         flss_taylor_p99: flss_taylor.as_mut().map(|errors| percentile_99(errors)),
-        table_p99: percentile_99(&mut of_tables),
-        table_largest: largest(of_tables),
+        table_p99: percentile_99(&mut errors_of_tables),
+        table_largest: largest(errors_of_tables),
         table_bytes: surface.report().table.bytes,
     })
 }
@@ -146,10 +148,10 @@ fn series_error<T: Precision + Into<f64>>(field: &HeightField, series: Series, t
     largest(truth.iter().enumerate().map(|(bin, c)| (double(expansion.amplitude(kappa, bin)) - c).norm()))
 }
 
-/// Errors of S by `method`, a patch model, at `count` random scattering vectors (u, v, w) and visible wavelengths. Half
-/// of the vectors lie near the centre of an order.
+/// Errors of S by `method`, which has the patch model, at `count` random scattering vectors (u, v, w) and visible
+/// wavelengths. Half of the vectors lie near the centre of an order.
 ///
-/// An error is relative to [`error_scale`], with the value of the ensemble model as mean.
+/// An error is relative to [`error_scale`], whose mean is the S of the ensemble model.
 fn method_errors(field: &HeightField, method: &Flss, count: usize) -> Vec<f64> {
     let exact = |model| Exact::new(field, &Options { model, conserve_energy: false, ..Options::default() }, None);
     let (patch, ensemble) = (exact(Model::Patch), exact(Model::Ensemble));
@@ -170,7 +172,7 @@ fn method_errors(field: &HeightField, method: &Flss, count: usize) -> Vec<f64> {
             let order = (component * extent_um / um).round() + random.between(-NEAR_ORDER, NEAR_ORDER);
             single(if is_near_order { order * um / extent_um } else { component })
         });
-        // The move to an order and the rounding may leave the range of sums of two unit vectors.
+        // The move to an order and the rounding may make the vector longer than any sum of two unit vectors.
         if u * u + v * v + w * w > 4.0 {
             continue;
         }

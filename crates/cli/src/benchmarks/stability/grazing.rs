@@ -1,6 +1,8 @@
 //! Grazing incidence, up to 89.99°: errors of the tables against the direct sum, reciprocity and albedo.
 //!
-//! S is the power spectral density in µm². Reciprocity compares f_r(wi, wo) with f_r(wo, wi).
+//! wi and wo are the directions to light and viewer, λ the wavelength. S is the power spectral density of the relief in
+//! µm², from which the reflectance f_r in 1/sr follows. Reciprocity compares f_r(wi, wo) with f_r(wo, wi). An albedo is
+//! the reflected fraction of the light from one direction.
 
 use super::relief::{rough_of_primes, sinusoid, uniform_direction};
 use super::{largest, percentile_99, table_error};
@@ -24,7 +26,8 @@ const PHIS_DEG: [f64; 4] = [0.0, 35.0, 90.0, 180.0];
 const HORIZON_DEG: f64 = 89.99;
 /// Largest number of albedos at one angle of incidence. Each is an integral over the hemisphere and takes long.
 const ALBEDOS_MAX: usize = 60;
-/// Step between the queries for which albedos are integrated: 24 of these are special queries, the others random.
+/// Step between the queries for which albedos are integrated. The 72 special queries come first, so 24 of the albedos
+/// are at their directions, and the others at random ones.
 const ALBEDO_STRIDE: usize = 3;
 
 /// The normal of the surface.
@@ -62,7 +65,7 @@ pub struct GrazingPoint {
     pub reciprocity: f64,
     /// Largest albedo.
     pub albedo: f64,
-    /// Largest albedo without energy conservation.
+    /// Largest albedo without energy conservation, which divides by albedos above 1.
     pub albedo_unscaled: f64,
     /// Largest weight `f_r·cosθo/pdf` of a sample.
     pub weight: f64,
@@ -92,7 +95,7 @@ fn sweep(name: &'static str, field: &HeightField, directions: usize) -> Result<G
     let options = Options::default();
     let surface = Surface::new(field, &options)?;
     let unscaled = Surface::new(field, &Options { conserve_energy: false, ..options.clone() })?;
-    // Only its S is compared, so it needs no albedos.
+    // Only S of the direct sum is compared, so it needs no table of albedos.
     let exact = Exact::new(field, &options, None);
     // An arbitrary fixed seed.
     let mut random = Random::new(10);
@@ -125,8 +128,8 @@ fn measure(
         weights.extend(sample.map(|sample| sample.weight));
     }
     let albedo = |surface: &Surface| {
-        // An ensemble always has an albedo.
         let chosen = queries.iter().step_by(ALBEDO_STRIDE).take(ALBEDOS_MAX);
+        // Surfaces of the default model, the ensemble, always have an albedo.
         largest(chosen.filter_map(|query| surface.albedo(query.wi, query.nm)))
     };
     GrazingPoint {
@@ -168,7 +171,8 @@ fn queries_at(theta_deg: f64, surface: &Surface, count: usize, random: &mut Rand
     while queries.len() < count {
         let wi = direction_from_degrees(theta_deg, random.between(-180.0, 180.0));
         let nm = random.between(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
-        // Uniform directions ignore it. It is drawn for them, too: the published figures have this random sequence.
+        // A direction is sampled for every query, although half of the queries ignore it: the published figures have
+        // this random sequence.
         let sampled = surface.sample_direction(wi, &[nm], [random.unit(), random.unit(), random.unit()]);
         let is_uniform = queries.len().is_multiple_of(2);
         let wo = if is_uniform { uniform_direction(random) } else { sampled.unwrap_or(NORMAL) };

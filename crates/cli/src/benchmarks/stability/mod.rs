@@ -1,4 +1,11 @@
 //! Sweeps over the hard cases of docs/model.md#hard-cases: deep relief, grazing directions, and random queries.
+//!
+//! Symbols:
+//!
+//! - wi, wo: the directions to light and viewer; (u, v, w) = wi + wo;
+//! - λ: the wavelength in µm;
+//! - f = (u, v)/λ: the spatial frequency in cycles/µm; κ = 2πw/λ: the phase rate in rad/µm;
+//! - S(f; κ): the power spectral density of the relief in µm².
 
 mod deep;
 mod grazing;
@@ -63,9 +70,7 @@ pub fn measure(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<Stabil
 /// [`error_scale`].
 fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
     let wavelength_um = wavelength_nm * 1e-3;
-    // Spatial frequency in cycles/µm.
     let f = [(wi[0] + wo[0]) / wavelength_um, (wi[1] + wo[1]) / wavelength_um];
-    // Phase rate in rad/µm.
     let kappa = TAU * (wi[2] + wo[2]) / wavelength_um;
     let table = surface.table();
     let truth = exact.power_density(f, kappa);
@@ -73,8 +78,10 @@ fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, wavelength_
 }
 
 /// The scale in µm² to which a table's tolerance refers: the largest of the direct sum's S, a mean of S, and
-/// [`DENSITY_FLOOR_UM2`]. The mean, at the same frequency, is over the κ of all outgoing directions, or over all
-/// positions of the window.
+/// [`DENSITY_FLOOR_UM2`], a hundredth of the S of a white diffuse surface.
+///
+/// The mean is at the same frequency. It is taken over the κ of all outgoing directions, or over all positions of the
+/// coherence window.
 fn error_scale(truth_um2: f64, mean_um2: f64) -> f64 {
     truth_um2.max(mean_um2).max(DENSITY_FLOOR_UM2)
 }

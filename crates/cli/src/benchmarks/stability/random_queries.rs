@@ -1,9 +1,11 @@
 //! Random queries of random surfaces: every answer must be finite and non-negative.
 //!
-//! A query is a pair of directions and a wavelength, with three random numbers for a sample. Each surface answers with
-//! a sample, and with the reflectance and the sampling density for the directions in both orders (reciprocity). Every
-//! [`METHODS_STRIDE`]-th query is also given to the published methods (flss, nmm, pq, stam). For surfaces that conserve
-//! energy, albedos are integrated and compared with 1. Seeds are fixed, so every run draws the same queries.
+//! A query is a pair of directions (wi to the light, wo to the viewer) and a wavelength, with three random numbers for
+//! a sample. Each surface answers with a sample, and with the reflectance and the sampling density for (wi, wo) and for
+//! (wo, wi), whose reflectances must be equal (reciprocity). Every [`METHODS_STRIDE`]-th query is also given to the
+//! published methods (flss, nmm, pq, stam; docs/realtime.md). For surfaces that conserve energy, albedos (reflected
+//! fractions of the light from one direction) are integrated and compared with 1. Seeds are fixed, so every run draws
+//! the same queries.
 //!
 //! κ = 2π·(cosθi + cosθo)/λ is the phase rate of a pair of directions, and H half the range of a relief's heights.
 
@@ -29,8 +31,8 @@ const SURFACES_MIN: u64 = 4;
 /// Step between the queries that the published methods answer as well. These methods take much longer, so smaller steps
 /// would leave time for fewer surfaces.
 const METHODS_STRIDE: u64 = 50;
-/// Number of albedos that are integrated for each surface that conserves energy. Larger values find rarer excesses, but
-/// an albedo takes as long as many queries.
+/// Number of albedos that are integrated for each surface that conserves energy. Larger values find rarer excesses over
+/// 1, but an albedo takes as long as many queries.
 const ALBEDOS: usize = 110;
 /// Amount by which an albedo may exceed 1, besides the tolerance of its surface's table: the excess that is accepted
 /// between the nodes of the albedo's table (docs/tables.md, "Energy").
@@ -50,7 +52,7 @@ const OFFSET_UM: f64 = 1000.0;
 /// Counts and extremes over all queries. Some keys of the JSON say "asked" for queries.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct RandomQueries {
-    /// Queries: for each, a sample is drawn, and reflectance and sampling density are evaluated in both directions.
+    /// Queries: for each, a sample is drawn, and reflectance and density are evaluated for (wi, wo) and (wo, wi).
     #[serde(rename = "asked")]
     pub queries: u64,
     /// Queries that the published methods answered as well.
@@ -80,8 +82,8 @@ pub struct RandomQueries {
     pub albedo: f64,
     /// Number of these albedos above 1 by more than the sum of `ALBEDO_SLACK` and their surface's tolerance.
     pub albedos_above: u64,
-    /// Largest lower bound of the mean albedo of one of these surfaces: the mean weight of its samples, less four
-    /// standard errors, so that noise alone hardly ever lifts it above 1.
+    /// Largest lower bound of the mean albedo of one of these surfaces. The bound is the mean weight of its samples
+    /// less four standard errors, so that noise alone hardly ever lifts it above 1.
     pub mean_weight: f64,
     /// Largest excess of an albedo over 1 + `ALBEDO_SLACK`, in units of its surface's tolerance; 0 without an excess.
     pub albedo_excess: f64,
@@ -136,9 +138,11 @@ struct SurfaceInput {
     options: Options,
 }
 
-/// A random relief with random options: rough, a step, a sinusoid, rough and at most [`SHALLOW_UM`] deep, or a plane.
+/// A random relief with random options. The relief is rough, a step, a sinusoid, rough and at most [`SHALLOW_UM`] deep,
+/// or a plane.
 ///
-/// Ranges of lengths are wider than users need, and logarithmic, so that every power of ten is equally frequent.
+/// Ranges of lengths are wider than users need. Their logarithms are uniform, so that every power of ten is equally
+/// frequent.
 fn random_input(random: &mut Random) -> Result<SurfaceInput, HeightFieldError> {
     let mut log_uniform = |low: f64, high: f64| (random.between(low.ln(), high.ln())).exp();
     // Along the normal κ = 4π/λ, and H is half the height.
@@ -188,7 +192,7 @@ fn query_surface(index: u64, count: u64) -> Result<RandomQueries, BenchError> {
         let input = random_input(&mut random)?;
         match Surface::new(&input.field, &input.options) {
             Ok(surface) => break (input, surface),
-            // The options are within their ranges, so only the size or the time of a build can be refused.
+            // The options are within their ranges, so only the size or the time of the build was refused.
             Err(_) => found.refused += 1,
         }
     };
@@ -261,7 +265,7 @@ fn check_albedos(surface: &Surface, tolerance: f64, random: &mut Random, found: 
 fn published_methods(input: &SurfaceInput) -> Result<Vec<Box<dyn Method>>, BenchError> {
     let patch =
         Options { model: Model::Patch, tiling: Tiling::Periodic, conserve_energy: false, ..input.options.clone() };
-    // Coarse steps save time. With a given period, stam accepts every relief.
+    // Coarse steps between wavelengths save time. With a given period, stam accepts reliefs without one.
     let method_options = MethodOptions { lambda_step_nm: 20.0, period_um: Some(1.0), ..MethodOptions::default() };
     // The colour table is the only method that is not published, and the only one for more than patches.
     let kinds = MethodKind::ALL.into_iter().filter(|kind| kind.is_patch_only());
@@ -293,8 +297,9 @@ fn incident(random: &mut Random) -> Vec3 {
     }
 }
 
-/// A random outgoing direction. Half are the direction that was sampled for `wi`, or uniform where there is none. An
-/// eighth each are the mirror direction of `wi`, `wi` itself, near the horizon, and uniform over the hemisphere.
+/// A random outgoing direction. Half of the calls return the direction `sampled` for `wi`, or a uniform one where it is
+/// `None`. An eighth each return the mirror direction of `wi`, `wi` itself, a direction near the horizon, and a uniform
+/// one.
 fn outgoing(random: &mut Random, wi: Vec3, sampled: Option<Vec3>) -> Vec3 {
     match (random.unit() * 8.0) as u32 {
         0 => [-wi[0], -wi[1], wi[2]],

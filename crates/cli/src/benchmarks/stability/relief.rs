@@ -1,7 +1,7 @@
 //! Reliefs and random directions for the sweeps.
 //!
-//! Parameters: `(nx, ny)` is the number of pixels along x and y, each at least 1, and `(dx_um, dy_um)` the edges of a
-//! pixel in µm.
+//! Parameters: `(nx, ny)` are the numbers of pixels along x and y, each at least 1, and `(dx_um, dy_um)` the edges of a
+//! pixel in µm. Arrays of heights are `[row along y][column along x]`.
 
 use crate::arguments::direction_from_degrees;
 use ndarray::Array2;
@@ -13,8 +13,8 @@ use sunbeam::scattering::Vec3;
 /// The rough relief of the sweeps over depth and angle of incidence: 17 × 13 pixels of 0.11 × 0.23 µm, with heights
 /// from 0 to `height_um`.
 ///
-/// The numbers of pixels are different primes, so that no transform splits into shorter ones. The pixels are not
-/// square, so that x and y cannot be mistaken for each other.
+/// The numbers of pixels are different primes, so that no Fourier transform splits into shorter ones. The pixels are
+/// not square, so that an exchange of x and y would show.
 pub(super) fn rough_of_primes(height_um: f64) -> Result<HeightField, HeightFieldError> {
     // The seed is arbitrary.
     rough(&mut Random::new(7), (17, 13), (0.11, 0.23), height_um)

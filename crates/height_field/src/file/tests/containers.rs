@@ -46,7 +46,7 @@ fn gwyddion_refusals_list_the_channels() {
     );
     assert!(with(samples::data_field("m", "", &[0.0; 6])).contains("unit of height; give `max_height`"));
     assert!(with(samples::data_field("m", "m", &[0.0; 5])).contains("3 × 2 points holds 5 values"));
-    assert!(with(samples::data_field("s", "m", &[0.0; 6])).contains("\"s\" is not a length"));
+    assert!(with(samples::data_field("s", "m", &[0.0; 6])).contains("\"s\" is not a known unit of length"));
     assert!(with(samples::data_field("", "m", &[0.0; 6])).contains("`pixel_size`"));
     assert!(with(samples::object("GwyBrick", &[])).contains("GwyBrick"));
     let odd = [b"GWYP".to_vec(), samples::object("GwyContainer", &[samples::component("/0/data", b'x', &[])])].concat();

@@ -117,7 +117,7 @@ fn unusable_gsf_is_refused() {
     assert!(refusal("t.gsf", &good[..good.len() - 1], &NO_SCALE).contains("16 bytes, but 15"));
     assert!(refusal("t.gsf", &good[..40], &NO_SCALE).contains("NUL"));
     assert!(refusal("t.gsf", b"", &NO_SCALE).contains("begin with"));
-    assert!(refusal("t.gsf", &gsf_of("V", "um", ""), &NO_SCALE).contains("\"V\" is not a length"));
+    assert!(refusal("t.gsf", &gsf_of("V", "um", ""), &NO_SCALE).contains("\"V\" is not a known unit of length"));
     assert!(refusal("t.gsf", &gsf_of("qm", "um", ""), &NO_SCALE).contains("SI prefix"));
     assert!(refusal("t.gsf", &gsf_of("nm", "", ""), &NO_SCALE).contains("`pixel_size`"));
     assert!(refusal("t.gsf", &gsf_of("", "um", ""), &NO_SCALE).contains("`max_height`"));
@@ -240,6 +240,7 @@ fn missing_files_extensions_and_bad_parameters_are_refused() {
     assert!(read("/nowhere/a.exr", &NO_SCALE).contains("cannot be read"));
     assert!(read("a.jpeg", &NO_SCALE).contains("\"jpeg\" is not supported; accepted: .exr, .png"));
     assert!(read("a", &NO_SCALE).contains("\"\" is not supported"));
+    assert!(read("my scan.ibw", &NO_SCALE).contains("convert \"my scan.ibw\" -o scan.gsf`"));
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(read("a.png", &scale(bad, None)).contains("`pixel_size`"));
         assert!(read("a.png", &scale(None, bad)).contains("`max_height`"));

@@ -102,12 +102,12 @@ fn gwyddion_headers_are_read_in_any_language_and_encoding() {
     // A channel in V is no relief, one without a unit needs a scale, and a size in a strange unit is refused by its
     // line.
     let with = |from: &str, to: &str| refusal("skin.txt", (headers[0].replace(from, to) + &body).as_bytes(), &NO_SCALE);
-    assert!(with("units: m", "units: V").contains("unit \"V\" is not a length"));
+    assert!(with("units: m", "units: V").contains("unit \"V\" is not a known unit of length"));
     assert!(with("units: m", "units: ").contains("`max_height`"));
     assert!(with("350.000 nm", "350.000 parsec").contains("line 2, \"# Width: 350.000 parsec\""));
     assert!(with("# Width: 350.000 nm\n", "").contains("a size along y and none along x"));
     let czech = headers[2].replace("hodnot: m", "hodnot: deg") + &body;
-    assert!(refusal("skin.txt", czech.as_bytes(), &NO_SCALE).contains("\"deg\" is not a length"));
+    assert!(refusal("skin.txt", czech.as_bytes(), &NO_SCALE).contains("\"deg\" is not a known unit of length"));
 }
 
 #[test]
@@ -142,7 +142,7 @@ fn spip_headers_units_and_masks_are_read() {
     assert!(message.contains("1 of 35 points") && message.contains("row 4, column 1"), "{message}");
     let with = |from: &str, to: &str| refusal("skin.asc", text.replace(from, to).as_bytes(), &NO_SCALE);
     assert!(with("x-pixels = 7", "x-pixels = 8").contains("promises 8 × 5 heights, but 35 numbers follow"));
-    assert!(with("z-unit = nm", "z-unit = V").contains("\"V\" is not a length"));
+    assert!(with("z-unit = nm", "z-unit = V").contains("\"V\" is not a known unit of length"));
     assert!(with("x-length = 350", "x-length = wide").contains("line 6, \"# x-length = wide\""));
 }
 
@@ -207,7 +207,10 @@ fn nanoscope_exports_are_read() {
     let phase = HeightField::read_with(&path, &channel("3")).unwrap_err().to_string();
     assert!(phase.contains("3 \"Phase\" (Deg) is not a length"), "{phase}");
     assert_eq!(HeightField::read_with(&path, &channel("Deflection Error")).unwrap().field.range_um(), (7.5e-3, 7.5e-3));
-    assert!(refusal("skin.txt", column.replace("(nm)", "(V)").as_bytes(), &NO_SCALE).contains("\"V\" is not a length"));
+    assert!(
+        refusal("skin.txt", column.replace("(nm)", "(V)").as_bytes(), &NO_SCALE)
+            .contains("\"V\" is not a known unit of length")
+    );
     assert!(refusal("skin.txt", column.replace("lines: 5", "lines: 6").as_bytes(), &NO_SCALE).contains("7 × 6 points"));
 }
 
@@ -231,7 +234,7 @@ fn headers_of_keys_and_values_are_read_or_refused() {
     check("skin.txt", format!("{hologram}{}", rows(false, 2.5e-2, " ")).as_bytes());
     let no_factor = hologram.replace("height conversion factor (-> m)=2.5e-008\n", "");
     let message = refusal("skin.txt", format!("{no_factor}{body}").as_bytes(), &NO_SCALE);
-    assert!(message.contains("\"rad\" is not a length"), "{message}");
+    assert!(message.contains("\"rad\" is not a known unit of length"), "{message}");
     // A field of three columns, since its header has a size.
     let small = "# Width: 12.34 µm\n# Height: 5678.9 nm\n# Value units: m\n1e-6 1.5e-6 3e-6\n\
         -2e-6 -3e-6 -6e-6\n0 0 0\n9e-6 9e-6 9e-6\n";

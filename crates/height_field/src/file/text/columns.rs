@@ -6,7 +6,7 @@ use super::super::units::micrometres;
 /// Titles of the columns, in their sequence.
 const TITLES: [&str; 3] = ["x", "y", "z"];
 
-/// Units given by the titles of three columns.
+/// Units given by the titles of the columns x, y and z.
 #[derive(Debug, PartialEq)]
 pub(super) struct Columns {
     /// Units of x and of y in µm; `None` without units.
@@ -48,7 +48,7 @@ pub(super) fn column_titles(text: &str) -> Option<Result<Columns, String>> {
     (found == 3).then(|| lengths(units.map(|unit| unit.or(common))))
 }
 
-/// The rest of a word that begins with the letter `title`, such as `[nm]` of `X[nm]`; empty for the letter alone.
+/// Text after the letter `title` at the beginning of a word, such as `[nm]` in `X[nm]`; empty for the letter alone.
 /// `None` for other words.
 fn after_title<'a>(word: &'a str, title: &str) -> Option<&'a str> {
     let rest = word.get(..1).filter(|first| first.eq_ignore_ascii_case(title)).map(|_| &word[1..]);

@@ -1,7 +1,8 @@
 //! Meaning of the English keys in headers of texts.
 //!
-//! A key is split into words in lower case, which the lists below sort into kinds. [`role`] combines the kinds: `Pixel
-//! width` has the words `pixel` and `width`, the latter in [`X`], so it is the distance between points along x.
+//! A key is split into words in lower case, which the lists below sort into kinds. [`role`] combines the kinds. `Pixel
+//! width`, for example, is the distance between points along x, since `pixel width` is a size of pixels and `width` is
+//! in the list [`X`]. SPIP and WSxM are programs for scanning-probe images; `samps` are NanoScope's samples (points).
 
 /// Axis of a property; `Both` if the key names none or both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +34,7 @@ pub(super) enum Role {
     HeightUnit,
     /// Unit of x and y.
     LateralUnit,
-    /// Height, with its unit, of a stored number of 1, such as that of a radian of phase.
+    /// Height, with a unit, that a stored number of 1 stands for. In holograms it is the height of a radian of phase.
     HeightFactor,
     /// Range of the heights.
     HeightRange,
@@ -43,7 +44,7 @@ pub(super) enum Role {
     Channel,
     /// Value that marks a missing point.
     NoData,
-    /// Number of missing points, which a mask after the data marks (SPIP).
+    /// Number of missing points (SPIP). If it is not 0, a mask of these points follows the data.
     MaskedPoints,
     /// Irrelevant for size, unit and orientation.
     Irrelevant,
@@ -187,7 +188,7 @@ fn words_of(key: &str) -> Vec<String> {
     let spaced: String = lower.chars().map(|c| if "-_./:".contains(c) { ' ' } else { c }).collect();
     let mut words = Vec::new();
     for word in spaced.split_whitespace() {
-        // The word after the letter of an axis.
+        // The word that follows the letter of an axis without a blank, such as `length` in `xlength`.
         let glued = word
             .strip_prefix(['x', 'y', 'z'])
             .filter(|rest| SIZE.contains(rest) || STEP.contains(rest) || UNIT.contains(rest));
@@ -232,7 +233,7 @@ pub(super) fn role(key: &str) -> Role {
         return Role::Channel;
     }
     let along = match (has(&X) || has(&["dx"]), has(&Y) || has(&["dy"])) {
-        // "Samps/lines", a number of points along x, has a word of each axis.
+        // `Samps/line`, a number of points along x, may also be `Samps/lines`, with words of both axes.
         (true, true) if has(&["samps"]) => Along::X,
         (true, false) => Along::X,
         (false, true) => Along::Y,

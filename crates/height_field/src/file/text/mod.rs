@@ -1,10 +1,13 @@
 //! Text: matrices of numbers, or points x, y, z, with the headers of many programs.
 //!
+//! SPIP and WSxM are programs for scanning-probe images, NanoScope is Bruker's; ESRI's and Surfer's grids are
+//! geographic.
+//!
 //! | program | recognised by | properties in the header |
 //! | --- | --- | --- |
 //! | Gwyddion | `# Width`, `# Height`, `# Value units` in any language | size, unit |
 //! | SPIP | `# File Format = ASCII` | numbers of points, size in nm, unit |
-//! | WSxM | `WSxM` in the first line | size, unit |
+//! | WSxM | a line that begins with `WSxM` | size, unit |
 //! | ESRI | `ncols`, `nrows` | numbers of points, spacing, missing points |
 //! | Surfer | `DSAA` | numbers of points, range of x and y |
 //! | NanoScope | `\*File list` | numbers of points, size; a title of each column |
@@ -13,6 +16,10 @@
 //! Steps: decode the bytes (`encoding.rs`), split header and numbers, interpret the header (`header/`), read the
 //! numbers (`numbers.rs`), and decide between a matrix and points. Lists, profiles and tables with coordinates or an
 //! index are refused, since each would pass for a relief. Errors complete "not a usable … height field: ".
+//!
+//! A [`Line`] is a line's number in the file and its text. A [`Table`] holds all numbers of the text. The result is a
+//! [`Raw`] (`raw.rs`): heights in the order of the file, with unit ([`Meaning`]), pixel size and place of the first
+//! row.
 
 mod columns;
 mod header;
@@ -36,14 +43,17 @@ const COLUMNS_MIN: usize = 4;
 const ROWS_MIN: usize = 3;
 /// Smallest number of lines of three numbers that may be points without a title: a grid of 2 × 2.
 const POINTS_MIN: usize = 4;
-/// Largest number of columns of a list of points with further numbers. More columns are a matrix.
+/// Largest number of columns of a list of points with further numbers, such as an index or an intensity. More columns
+/// are a matrix. A larger limit would search more matrices for points by chance.
 const POINT_COLUMNS_MAX: usize = 8;
-/// Smallest length of a sequence of equal steps that is taken for coordinates. Shorter sequences may be a coincidence.
+/// Smallest length of a sequence of equal steps that is taken for coordinates. Shorter sequences may be a coincidence
+/// in a relief; a larger limit would miss the coordinates of small tables.
 const RAMP_MIN: usize = 5;
-/// Largest deviation of a number from equal steps, as a fraction of the step, for the rounding of coordinates.
+/// Largest deviation of a number from equal steps, as a fraction of the step. It allows for the rounding of coordinates
+/// with few decimals. A larger one would take smooth slopes of a relief for coordinates.
 const RAMP_TOLERANCE: f64 = 1e-3;
-/// Largest relative difference between a given spacing and the extent divided by the number of points, for the rounding
-/// of both. Some programs divide by the number of intervals, one less.
+/// Largest relative difference between a given spacing and the extent divided by the number of points. It allows for
+/// the rounding of both in the header. A larger one would overlook contradictions.
 const SPACING_AGREEMENT: f64 = 1e-2;
 
 /// Contents that an extension allows.
@@ -55,12 +65,12 @@ pub(super) enum Kind {
     Points,
 }
 
-/// Reads a matrix or points.
+/// Reads a matrix or points: the parser of `.txt`, `.csv`, `.asc`, `.dat` and `.grd`.
 pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     parse_kind(bytes, channel_option, Kind::Any)
 }
 
-/// Reads points only.
+/// Reads points only: the parser of `.xyz`.
 pub(super) fn parse_points(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     parse_kind(bytes, channel_option, Kind::Points)
 }
@@ -87,10 +97,11 @@ fn parse_kind(bytes: &[u8], channel_option: Option<&str>, kind: Kind) -> Parsed 
     if header.has_points || kind == Kind::Points {
         return from_points(&header, &table);
     }
-    // `columns` is an error where lines have different counts of numbers.
+    // Numbers of points along x and y from the header, and the count of numbers in each line. `columns` is an error if
+    // lines have different counts.
     match (header.counts, table.columns()) {
         ([Some(nx), Some(ny)], columns) => {
-            // The header gives the size, so a matrix may be broken into lines of any length. nx·ny lines of three
+            // The header gives the size, so the lines of a matrix may be of any length. But nx·ny lines of three
             // numbers are points, unless nx is 3.
             let total = table.values.len();
             let three_each = nx.checked_mul(ny).and_then(|points| points.checked_mul(3));
@@ -128,7 +139,7 @@ fn numbered_lines(text: &str) -> Vec<Line<'_>> {
     lines.into_iter().enumerate().map(|(at, line)| (at + 1, line.trim_end_matches('\r'))).collect()
 }
 
-/// Lines of a header, and lines of numbers.
+/// Lines of the header, and lines of numbers.
 type Parts<'a> = (Vec<Line<'a>>, Vec<Line<'a>>);
 
 /// Splits lines into header and numbers. The header is all text before the first number, and all comments.
@@ -187,8 +198,7 @@ fn refuse_profiles(columns: usize, rows: usize) -> Result<(), String> {
     }
 }
 
-/// Refuses points with further columns. An index may come before x, other values after z. At least four columns are
-/// needed.
+/// Refuses points with further columns: an index may come before x, other values after z. `columns` is at least 4.
 fn refuse_point_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String> {
     // Lists of points have few columns and many rows.
     if columns > POINT_COLUMNS_MAX || rows <= columns {
@@ -198,7 +208,8 @@ fn refuse_point_lists(table: &Table, columns: usize, rows: usize) -> Result<(), 
     let three_columns = |skip: usize| -> Vec<f64> {
         table.values.chunks_exact(columns).flat_map(|row| row[skip..skip + 3].iter().copied()).collect()
     };
-    // Whether these columns are points x, y, z on a grid of more than one row and column. The unit does not matter.
+    // Whether these columns are points x, y, z on a grid of more than one row and column. The unit does not matter, so
+    // it is 1.
     let is_list = |skip: usize| {
         points::grid(&three_columns(skip), [1.0; 2]).is_ok_and(|grid| {
             let (ny, nx) = grid.values.dim();
@@ -217,7 +228,7 @@ fn refuse_coordinates(table: &Table, columns: usize) -> Result<(), String> {
     let row: Vec<f64> = table.values[1..columns].to_vec();
     let column: Vec<f64> = table.values.iter().skip(columns).step_by(columns).copied().collect();
     let (row_ramp, column_ramp) = (ramp(&row), ramp(&column));
-    // An index counts from 0 or 1 in steps of 1; a ramp is its first number and its step.
+    // An index counts from 0 or 1 in steps of 1. A ramp is the pair of first number and step.
     let is_index = |found: Option<(f64, f64)>| found.is_some_and(|found| found == (0.0, 1.0) || found == (1.0, 1.0));
     // A ramp along one side only may be a relief, unless it is an index.
     let both_are_ramps = row_ramp.is_some() && column_ramp.is_some();
@@ -272,12 +283,12 @@ fn from_points(header: &Header, table: &Table) -> Parsed {
     }
     let mut numbers = table.values.clone();
     mark_missing(header, numbers.iter_mut().skip(2).step_by(3));
-    // Factors that turn x and y into µm. Without a unit of their own, x and y are in µm.
+    // Units of x and y in µm. Without a unit in the header, x and y are in µm.
     let grid = points::grid(&numbers, header.lateral_um.unwrap_or([1.0; 2]))?;
     if header.lateral_um.is_none() && header.height_unit != HeightUnit::NotGiven {
         return Err("its header has a unit for z, but none for x and y".to_owned());
     }
-    // The coordinates themselves give the order of rows.
+    // The coordinates in the file give the order of the rows.
     let source = if header.lateral_um.is_some() { Source::File } else { Source::Default };
     let raw = Raw::new(grid.values, meaning(header), FirstRow::Bottom).pixel(grid.pixel_um).pixel_from(source);
     Ok(with_channel(header, raw.rows_from(Source::File)))
@@ -292,9 +303,9 @@ fn from_matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> P
         let mask = if header.has_mask { " and a mask of as many" } else { "" };
         return Err(format!("its header promises {nx} × {ny} heights{mask}, but {} numbers follow", values.len()));
     }
-    for (count, own) in header.counts.iter().zip([nx, ny]) {
-        if count.is_some_and(|count| count != own) {
-            return Err(format!("its header promises {} points along an axis, but {own} follow", count.unwrap_or(0)));
+    for (promised, found) in header.counts.into_iter().zip([nx, ny]) {
+        if let Some(promised) = promised.filter(|promised| *promised != found) {
+            return Err(format!("its header promises {promised} points along an axis, but {found} follow"));
         }
     }
     // Counts for which the header names no axis.
@@ -311,10 +322,10 @@ fn from_matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> P
     mark_missing(header, values.iter_mut());
     let (pixel_um, source) = pixel(header, nx, ny)?;
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    let first = header.first.unwrap_or(FirstRow::Bottom);
-    // The convention of a known program counts as one of the format.
-    let rows = if header.first.is_some() { Source::Format } else { Source::Default };
-    let raw = Raw::new(values, meaning(header), first).pixel(pixel_um).pixel_from(source).rows_from(rows);
+    let first_row = header.first_row.unwrap_or(FirstRow::Bottom);
+    // The convention of a known program counts as given by the format.
+    let rows_source = if header.first_row.is_some() { Source::Format } else { Source::Default };
+    let raw = Raw::new(values, meaning(header), first_row).pixel(pixel_um).pixel_from(source).rows_from(rows_source);
     Ok(with_channel(header, raw))
 }
 
@@ -338,6 +349,7 @@ fn pixel(header: &Header, nx: usize, ny: usize) -> Result<(Option<(f64, f64)>, S
         let by_extent = header.extent_um[axis].map(|length| length / counts[axis]);
         if let (Some(step), Some(length)) = (header.step_um[axis], header.extent_um[axis]) {
             let agrees = |count: f64| (step * count / length - 1.0).abs() < SPACING_AGREEMENT;
+            // Some programs count the extent from the first point to the last: one interval less than points.
             if !agrees(counts[axis]) && !agrees(counts[axis] - 1.0) {
                 return Err(format!(
                     "its header gives a spacing of {} µm and a length of {} µm for {} points",

@@ -64,8 +64,8 @@ pub(super) fn parse(lines: &[Line], channel_option: Option<&str>) -> Parsed {
     Ok(if name.is_empty() { raw } else { raw.channel(name, channel_option) })
 }
 
-/// Title and unit of a column by its index from 0, from titles such as `Height_Sensor(nm)`. What is missing is empty.
-/// Empty titles do not count, since lines may end with a separator.
+/// Title and unit of a column by its index from 0, from titles such as `Height_Sensor(nm)`. A missing title or unit is
+/// empty. Empty titles do not count, since lines may end with a separator.
 fn title_and_unit(titles: &str, column: usize) -> (String, String) {
     let cell =
         titles.split(['\t', ',', ';']).map(str::trim).filter(|cell| !cell.is_empty()).nth(column).unwrap_or_default();

@@ -1,8 +1,8 @@
 //! Numbers of a text, with any separator and decimal mark.
 //!
 //! A comma may be a decimal mark (`0,41`) or a separator (`1,2,3`). All lines are searched for evidence ([`Commas`]);
-//! ambiguous texts are refused. A *cell* is the text between separators; it holds one number, or several that blanks
-//! separate. Empty cells are missing points (NaN).
+//! ambiguous texts are refused. A *cell* is the text between commas, semicolons or tabs. It holds one number, or
+//! several with blanks between them. Empty cells are missing points (NaN).
 
 /// Words for a missing point, in lower case. [`number`] also accepts `1.#QNAN` and the like of Windows' C library.
 const MISSING: [&str; 9] = ["nan", "bad", "na", "n/a", "null", "none", "void", "nodata", "masked"];
@@ -68,7 +68,7 @@ pub(super) fn number(word: &str) -> Option<f64> {
     lower.replace('d', "e").parse().ok()
 }
 
-/// Evidence for the meaning of commas: for each kind, the number of the first line that shows it.
+/// Evidence for the meaning of commas. Each field has the number of the first line with its sign; `None` without one.
 #[derive(Default)]
 struct Commas {
     /// A comma between two digits.
@@ -79,7 +79,8 @@ struct Commas {
     point: Option<usize>,
     /// Another separator: a semicolon, a blank that is not next to a comma, or quotes around the comma.
     other: Option<usize>,
-    /// An integer between commas with a leading zero, such as the `05` of `0,05`: probably the decimals of a number.
+    /// An integer with a leading zero between commas, such as the `05` of `0,05`, with its line. It probably is the
+    /// decimals of a number.
     leading_zero: Option<(usize, String)>,
 }
 
@@ -123,7 +124,7 @@ impl Commas {
         match self {
             // Without a comma between digits, commas separate the numbers.
             Self { tight: None, .. } => Ok(false),
-            // In `1,234.5 2,345.6` the comma separates thousands, a third meaning.
+            // The comma may also separate thousands, as in `1,234.5 2,345.6`.
             Self { tight: Some(line), point: Some(_), other: Some(_), .. } => {
                 Err(format!("line {line} has commas within words, and numbers have decimal points elsewhere: {advice}"))
             }
@@ -135,8 +136,8 @@ impl Commas {
             )),
             // Another character separates the numbers, or quotes do, so the commas between digits are decimal marks.
             Self { other: Some(_), .. } => Ok(true),
-            // Without another separator, commas separate the numbers, or the text is one column of decimal numbers. An
-            // integer with a leading zero suggests the latter.
+            // Without another separator, commas separate the numbers, unless the text is one column of decimal numbers.
+            // An integer with a leading zero suggests such a column.
             Self { leading_zero: Some((line, word)), .. } => Err(format!(
                 "\"{word}\" in line {line} stands alone between commas, as the decimals of a number would: {advice}"
             )),
@@ -161,7 +162,7 @@ pub(super) fn table(lines: &[Line]) -> Result<Table, String> {
     unquoted_table(&lines, commas)
 }
 
-/// All numbers of lines without quotes, with the evidence in them.
+/// All numbers of lines without quotes. `commas` is the evidence for the meaning of their commas.
 fn unquoted_table(lines: &[Line], commas: Commas) -> Result<Table, String> {
     let style = Style { decimal_comma: commas.are_decimal()?, tab_cells: false };
     let by_blanks = read(lines, style)?;
@@ -175,8 +176,8 @@ fn unquoted_table(lines: &[Line], commas: Commas) -> Result<Table, String> {
     Ok(by_blanks)
 }
 
-/// The line without quotes. Commas outside quotes separate cells and become semicolons. Beside them, commas inside
-/// quotes, which stay, are evidently decimal marks ([`Commas::other`]).
+/// The line without quotes. Commas outside quotes separate cells and become semicolons. Commas inside quotes stay; the
+/// semicolons then count as evidence that they are decimal marks ([`Commas::other`]).
 fn without_quotes(text: &str) -> String {
     let mut quoted = false;
     let mut result = String::with_capacity(text.len());

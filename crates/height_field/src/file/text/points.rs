@@ -11,7 +11,8 @@ const NODE_DISTANCE_MAX: f64 = 0.05;
 /// Largest number of grid nodes for each given point. Beyond it points are scattered rather than missing.
 const NODES_PER_POINT_MAX: usize = 4;
 /// Largest gap between equal coordinates, which differ by rounding, as a fraction of the widest gap. The widest gap is
-/// one step, or more where rows or columns of points are missing: at most eight neighbouring ones may be.
+/// one step, or more where rows or columns of points are missing. At most eight neighbouring ones may be missing, since
+/// with nine a step is no more than this fraction.
 const EQUAL_GAP_MAX: f64 = 0.1;
 /// Largest relative deviation of a single step from the median gap. It is below 1, since a gap at one missing node is
 /// twice as wide.
@@ -52,7 +53,7 @@ impl Axis {
         let median = gaps[gaps.len() / 2];
         let single: Vec<f64> =
             gaps.into_iter().filter(|gap| (gap / median - 1.0).abs() < SINGLE_STEP_DEVIATION_MAX).collect();
-        // The extent divided by the mean single step.
+        // Number of steps: the extent divided by the mean of the single steps.
         let steps = (extent * single.len() as f64 / single.iter().sum::<f64>()).round();
         // The extent divided by the number of steps has a smaller rounding error than any single step.
         let step = extent / steps;
@@ -86,13 +87,13 @@ pub(super) struct Grid {
     pub pixel_um: Option<(f64, f64)>,
 }
 
-/// Sorts points into their grid. `points` holds x, y and z of the first point, then those of the second, and so on. x
-/// and y are in units of `xy_um` µm, z is in any unit. At least one point is needed.
+/// Sorts points into their grid. `points` holds x, y and z of each point in turn, for at least one point. x and y are
+/// in units of `xy_um` µm, z is in any unit.
 ///
 /// # Errors
 /// Points that are not on a regular grid, that coincide, or that fill too few nodes.
 pub(super) fn grid(points: &[f64], xy_um: [f64; 2]) -> Result<Grid, String> {
-    // One coordinate of all points, as a multiple of `unit`.
+    // One coordinate of all points, multiplied by `unit`.
     let column =
         |index: usize, unit: f64| -> Vec<f64> { points.chunks_exact(3).map(|point| point[index] * unit).collect() };
     let (xs, ys, zs) = (column(0, xy_um[0]), column(1, xy_um[1]), column(2, 1.0));

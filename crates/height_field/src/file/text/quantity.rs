@@ -38,8 +38,8 @@ impl Quantity {
     }
 }
 
-/// Reads `2.4 µm`, `2,4µm`, `10 x 5 µm`, `10 µm × 5 µm`, `48 pixels` or `[nm] 3`; a comma is a decimal mark. `None` for
-/// two different units and for any other text.
+/// Reads a text such as `2.4 µm`, `2,4µm`, `10 x 5 µm`, `10 µm × 5 µm`, `48 pixels` or `[nm] 3`. A comma is a decimal
+/// mark. `None` for two different units and for any other text.
 pub(super) fn quantity(text: &str) -> Option<Quantity> {
     let mut numbers = Vec::new();
     let mut unit = String::new();
@@ -49,7 +49,7 @@ pub(super) fn quantity(text: &str) -> Option<Quantity> {
         rest = after.trim();
     }
     while !rest.is_empty() && numbers.len() < 2 {
-        // Without a number at the beginning, `end` is 0, the empty text gives NaN, and `None` is returned.
+        // Without a number at the beginning `end` is 0. `number` makes the empty text NaN, and the result is `None`.
         let end = number_end(rest);
         let value = number(&rest[..end].replace(',', ".")).filter(|value| value.is_finite())?;
         numbers.push(value);
@@ -62,7 +62,7 @@ pub(super) fn quantity(text: &str) -> Option<Quantity> {
             unit = found.to_owned();
         }
         rest = after.trim();
-        // The sign between the numbers along x and y, such as `×`.
+        // The text after the sign between the numbers along x and y, such as `×`.
         let cross = ["x", "X", "×", "*", "by "].iter().find_map(|sign| rest.strip_prefix(sign));
         match cross {
             Some(after) if numbers.len() == 1 => {

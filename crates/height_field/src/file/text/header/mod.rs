@@ -1,16 +1,17 @@
 //! Headers of texts: size, unit, orientation and channel of the numbers that follow.
 //!
-//! A line is `key: value`, `key = value`, titles of columns, or words. A line with a unit or a size must be understood,
-//! or the file is refused; other words are ignored. [`parse`] takes the lines in three steps:
+//! A line is `key: value`, `key = value`, titles of columns (`X[nm] Y[nm] Z[nm]`, `columns.rs`), or words. A line
+//! with a unit or a size must be understood, or the file is refused; other words are ignored. [`parse`] has three
+//! steps:
 //!
 //! 1. Keys that only one program writes identify the [`Program`], whose conventions apply where a property is omitted.
 //! 2. English keys have a [`Role`] (`keys.rs`), which decides how the value is read (`quantity.rs`).
 //! 3. Gwyddion translates its keys into the user's language. Lines with unknown keys are therefore interpreted by their
 //!    order (`unknown.rs`).
 //!
-//! Lengths are in µm; arrays of two are along x and y. Width and height of a field are its lengths along x and y, while
-//! the *heights* are its values along z. In code, `line` is a line's number in the file, for messages, and `text` its
-//! contents; a [`Line`] is the pair of both.
+//! Lengths are in µm; arrays of two are along x and y. A field's width and height are its lengths along x and y, while
+//! its *heights* are the values along z. In code, `line` is the number of a line in the file, for messages, and `text`
+//! is its contents; a [`Line`] is the pair of both.
 
 mod unknown;
 
@@ -20,24 +21,25 @@ use super::columns::{Columns, column_titles};
 use super::keys::{Along, Role, role};
 use super::numbers::Line;
 use super::quantity::{Quantity, bracketed, quantity};
-use unknown::UnknownLine;
+use unknown::UnknownPair;
 
-/// Largest number of words of a key that is separated from its number by a blank only. Longer lines are prose.
+/// Largest number of words of a key that only a blank separates from its number, as in `Number of lines 48`. Longer
+/// lines are taken for prose; a smaller limit would miss this key.
 const KEY_WORDS_MAX: usize = 3;
 /// Largest number of characters of a line that a message quotes, so that the message stays readable.
 const QUOTED_MAX: usize = 80;
 
-/// Program that wrote a header; its conventions apply to omitted properties.
+/// Program that wrote a header. The conventions of the program apply to properties that the header omits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Program {
     /// Another or unknown program.
     #[default]
     Other,
-    /// SPIP: lengths in nm, rows from the top.
+    /// SPIP, software for scanning-probe images: lengths in nm, rows from the top.
     Spip,
-    /// WSxM: rows from the top; heights in the unit of their range.
+    /// WSxM, also for scanning-probe images: rows from the top; heights in the unit of their range.
     Wsxm,
-    /// Geographic grids of ESRI: rows from the top, no unit (lengths are taken for µm).
+    /// Geographic grids in the format of ESRI: rows from the top; no unit, so lengths are taken for µm.
     Esri,
     /// Gwyddion: rows from the top.
     Gwyddion,
@@ -53,8 +55,8 @@ pub(super) enum HeightUnit {
     Length(String, f64),
     /// Mentioned, but empty.
     Empty,
-    /// Not a length; the text is the error message. [`parse`] returns it only after the last line: a later line may
-    /// still give the height of one such unit ([`Role::HeightFactor`]), as for holograms in radians.
+    /// Not a length; the text is the error message. [`parse`] fails with this message only after the last line. A later
+    /// line may still give the height of one such unit ([`Role::HeightFactor`]), as for holograms in radians.
     NoLength(String),
 }
 
@@ -63,19 +65,19 @@ pub(super) enum HeightUnit {
 pub(super) struct Header {
     /// Numbers of points along x and y.
     pub counts: [Option<usize>; 2],
-    /// Lengths of the field along x and y in µm.
+    /// Extent of the field along x and y in µm.
     pub extent_um: [Option<f64>; 2],
     /// Spacings along x and y in µm.
     pub step_um: [Option<f64>; 2],
     /// Length of the longer side in µm, from a key without an axis.
     pub edge_um: Option<f64>,
-    /// Unit of the heights: that of the last line with one. A factor in nm per value counts only where no line before
-    /// gives a unit.
+    /// Unit of the heights. The last line with a unit decides, but a factor in nm per value ([`Role::NmPerValue`])
+    /// counts only if no earlier line gives a unit.
     pub height_unit: HeightUnit,
     /// Units of x and y of points, in µm.
     pub lateral_um: Option<[f64; 2]>,
-    /// Edge of the field at which the file's first row lies; `None` for an unknown program.
-    pub first: Option<FirstRow>,
+    /// Place of the file's first row, top or bottom; `None` for an unknown program.
+    pub first_row: Option<FirstRow>,
     /// Name of the channel.
     pub channel: Option<String>,
     /// Number that marks missing points.
@@ -84,7 +86,7 @@ pub(super) struct Header {
     pub has_mask: bool,
     /// Whether the columns are titled x, y and z.
     pub has_points: bool,
-    /// Numbers of points without an axis, to be checked against the data.
+    /// Numbers of points from keys without an axis, to be checked against the data.
     pub loose_counts: Vec<LooseCount>,
 }
 
@@ -118,26 +120,26 @@ pub(super) fn parse(lines: &[Line]) -> Result<Header, String> {
         let bare = text.trim_start_matches(|c: char| c.is_whitespace() || "#%;*!/'\"".contains(c));
         let bare = bare.trim_end_matches(|c: char| c.is_whitespace() || ",;\"".contains(c));
         if let Some(titles) = column_titles(bare) {
-            header.take_columns(titles.map_err(|unit| format!("line {line}: {unit}"))?);
+            header.store_columns(titles.map_err(|reason| format!("line {line}: {reason}"))?);
             continue;
         }
         let pairs = key_value_pairs(bare);
         if pairs.is_empty() {
-            header.take_words(line, bare)?;
+            header.interpret_words(line, bare)?;
         }
         for (key, value) in pairs {
-            if !header.take_pair(program, (line, text), &key, &value)? {
-                unknown.push(UnknownLine { line, text, quantity: quantity(&value), value, is_used: false });
+            if !header.store_pair(program, (line, text), &key, &value)? {
+                unknown.push(UnknownPair { line, text, quantity: quantity(&value), value, is_used: false });
             }
         }
     }
-    header.take_unknown(unknown)?;
+    header.interpret_unknown(unknown)?;
     if let HeightUnit::NoLength(reason) = header.height_unit {
         return Err(reason);
     }
     // All known programs write the top row first.
     let is_known = program != Program::Other || header.is_of_gwyddion();
-    header.first = is_known.then_some(FirstRow::Top);
+    header.first_row = is_known.then_some(FirstRow::Top);
     Ok(header)
 }
 
@@ -160,7 +162,8 @@ fn recognised_program(lines: &[Line]) -> Program {
     }
 }
 
-/// Pairs of key and value in a line: none for words, one, or several of the form `key=value` with blanks between them.
+/// Pairs of key and value in a line. Lines of words have none. Several pairs have the form `key=value` each, with
+/// blanks between the pairs.
 fn key_value_pairs(text: &str) -> Vec<(String, String)> {
     let words: Vec<&str> = text.split_whitespace().collect();
     let is_pair = |word: &&str| word.matches('=').count() == 1 && !word.starts_with('=');
@@ -168,9 +171,9 @@ fn key_value_pairs(text: &str) -> Vec<(String, String)> {
     if words.len() > 1 && words.iter().all(is_pair) {
         return words.iter().filter_map(|word| word.split_once('=')).map(|(k, v)| (k.into(), v.into())).collect();
     }
-    // The last sign is the full-width colon of Chinese and Japanese texts.
+    // The third sign is the full-width colon of Chinese and Japanese texts.
     let by_sign = || text.split_once(['=', ':', '：']);
-    // Two cells of a table.
+    // Two cells of a table, such as `Width;48`.
     let by_cell = || text.split_once(['\t', ';', ',']);
     // `ncols 48`: the value begins at the number.
     let by_number = || {
@@ -205,9 +208,9 @@ impl Header {
     ///
     /// # Errors
     /// A value that does not fit its key, and a unit that is not a length.
-    fn take_pair(&mut self, program: Program, (line, text): Line, key: &str, value: &str) -> Result<bool, String> {
+    fn store_pair(&mut self, program: Program, (line, text): Line, key: &str, value: &str) -> Result<bool, String> {
         let refuse = || not_understood(line, text);
-        // The value as one or two numbers with a unit.
+        // The value as one or two numbers with a unit, or an error.
         let parsed = || quantity(value).ok_or_else(refuse);
         // The value as a single number, whatever its unit.
         let number = || -> Result<f64, String> {
@@ -221,7 +224,7 @@ impl Header {
             Role::Channel => self.channel = Some(value.to_owned()),
             Role::HeightUnit => self.height_unit = height_unit(value).unwrap_or_else(HeightUnit::NoLength),
             Role::HeightFactor => {
-                // The height of a stored number of 1.
+                // Height of a stored number of 1: the unit of the stored numbers in µm.
                 let unit_um = parsed()?.lengths_um().ok_or_else(refuse)?[0];
                 self.height_unit = HeightUnit::Length(value.to_owned(), unit_um);
             }
@@ -239,16 +242,16 @@ impl Header {
                 if program == Program::Wsxm {
                     self.height_unit = height_unit(&unit)?;
                 } else if !unit.is_empty() && self.height_unit == HeightUnit::NotGiven {
-                    // The files of other programs may have the heights in another unit than their range.
+                    // In files of other programs the unit of the range need not be that of the heights.
                     return Err(refuse());
                 }
             }
             Role::Step(along) => {
                 let found = parsed()?;
                 let steps = found.per_point_um().or_else(|| lengths(program, &found)).ok_or_else(refuse)?;
-                self.take_steps(along, &steps);
+                self.store_steps(along, &steps);
             }
-            Role::Size(along) => self.take_size(program, along, line, key, &parsed()?).ok_or_else(refuse)?,
+            Role::Size(along) => self.store_size(program, along, line, key, &parsed()?).ok_or_else(refuse)?,
             Role::Unknown => return Ok(false),
         }
         Ok(true)
@@ -259,11 +262,11 @@ impl Header {
     /// - A length for each point (`nm/px`), or a length if the key names pixels or a resolution, is a spacing.
     /// - Another length is an extent.
     /// - A number without a unit, or with points as its unit, is a number of points.
-    fn take_size(&mut self, program: Program, along: Along, line: usize, key: &str, found: &Quantity) -> Option<()> {
+    fn store_size(&mut self, program: Program, along: Along, line: usize, key: &str, found: &Quantity) -> Option<()> {
         let key = key.to_lowercase();
         let is_pixel_size = key.contains("pixel") || key.contains("resolution");
         if let Some(steps) = found.per_point_um().or_else(|| found.lengths_um().filter(|_| is_pixel_size)) {
-            self.take_steps(along, &steps);
+            self.store_steps(along, &steps);
             return Some(());
         }
         // SPIP omits the unit of lengths.
@@ -287,8 +290,8 @@ impl Header {
         Some(())
     }
 
-    /// Stores a spacing: `steps` are those along x and y, or a single one for the axes of `along`.
-    fn take_steps(&mut self, along: Along, steps: &[f64]) {
+    /// Stores a spacing in µm. `steps` holds one number for each axis, or a single one for the axes of `along`.
+    fn store_steps(&mut self, along: Along, steps: &[f64]) {
         let (x, y) = (steps[0], steps[steps.len() - 1]);
         match along {
             Along::X => self.step_um[0] = Some(x),
@@ -298,7 +301,7 @@ impl Header {
     }
 
     /// Stores the units of titled columns.
-    fn take_columns(&mut self, titles: Columns) {
+    fn store_columns(&mut self, titles: Columns) {
         self.has_points = true;
         if let Some(lateral_um) = titles.lateral_um {
             self.lateral_um = Some(lateral_um);
@@ -308,11 +311,11 @@ impl Header {
         }
     }
 
-    /// Interprets a line without a key: a unit of the heights in words, or prose.
+    /// Interprets a line without a key: a unit of the heights in words, such as `heights in nm`, or prose.
     ///
     /// # Errors
     /// A line with a length, or with a unit of length for another quantity than the heights.
-    fn take_words(&mut self, line: usize, text: &str) -> Result<(), String> {
+    fn interpret_words(&mut self, line: usize, text: &str) -> Result<(), String> {
         let Some(unit) = named_unit(text) else {
             return if mentions_length(text) { Err(not_understood(line, text)) } else { Ok(()) };
         };
@@ -328,8 +331,8 @@ impl Header {
     }
 }
 
-/// Numbers as lengths in µm; `None` unless their unit is a length. Without a unit they are nm in SPIP's files, and are
-/// taken for µm in geographic grids.
+/// Numbers as lengths in µm; `None` unless their unit is a length. Numbers without a unit are in nm in SPIP's files,
+/// and are taken for µm in ESRI's grids.
 fn lengths(program: Program, found: &Quantity) -> Option<Vec<f64>> {
     let in_unit =
         |unit_um: f64| found.unit.is_empty().then(|| found.numbers.iter().map(|number| number * unit_um).collect());
@@ -353,7 +356,8 @@ fn height_unit(unit: &str) -> Result<HeightUnit, String> {
     Ok(HeightUnit::Length(unit.to_owned(), unit_um))
 }
 
-/// Unit of length in a line such as `heights in nm` or `Height (nm)`; `None` without one.
+/// Unit of length, in brackets or after the word "in", in a line such as `Height (nm)` or `heights in nm`; `None`
+/// without one.
 fn named_unit(text: &str) -> Option<String> {
     let in_brackets = text.find(['[', '(']).and_then(|at| bracketed(&text[at..])).map(|(unit, _)| unit);
     let words: Vec<&str> = text.split_whitespace().collect();
