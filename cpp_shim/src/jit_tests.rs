@@ -1,5 +1,5 @@
 //! Functions of Dr.Jit that the tests of tracing (`traced/tests.rs`) need beside those of `jit.rs`. `jit_tests.h`
-//! describes them. A `u32` named `index` is that of a variable of Dr.Jit.
+//! describes them. A `u32` named `index`, and the result of `upload`, is the index of a variable of Dr.Jit.
 
 pub(crate) use ffi::*;
 

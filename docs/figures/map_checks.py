@@ -5,7 +5,7 @@
   is the hemisphere. A pixel is *lit* where the displayed reference map is not black.
 - *Panel*: a map of a surface with the options of a method, and its caption (map_panels.py).
 - λ, d, s: the wavelength, the period, and the coherence window's standard deviation, a quarter of the coherence length.
-- *Lobe* of an order: the Gaussian about its direction. Its standard deviation is λ/(2√2πs) in direction sines.
+- *Lobe* of an order: the Gaussian about its direction. Its standard deviation is λ/(2√2·πs) in direction sines.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ STRIP = 0.1
 
 
 def lobe_length_um(surface: Surface) -> float:
-    """2√2πs in µm: λ over this length is the standard deviation of an order's lobe in direction sines."""
+    """2√2·πs in µm: λ over this length is the standard deviation of an order's lobe in direction sines."""
     return 2 * math.sqrt(2) * math.pi * surface.coherence_um / 4
 
 
@@ -98,14 +98,14 @@ def reference(surface: Surface) -> dict:
 
 
 def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
-    """Mean errors in the first orders of maps with different steps between wavelengths, a panel for each step.
+    """Mean ΔE₂₀₀₀ to the reference map over the pixels of the first orders, for each step between wavelengths.
 
-    The pixels of the first orders have |x| = λ/d for a visible λ and |y| < STRIP, and are lit. `steps_nm` ascends. The
-    result has
+    The pixels of the first orders have |x| = λ/d for a visible λ and |y| < STRIP, and are lit. `panels` has a panel for
+    each of `steps_nm`, which ascend. The result has
 
     - `period_um`: the dominant period d along x;
-    - `line_nm`: λd/(2√2πs) at CHECKED_NM, the standard deviation in wavelength of order 1 as seen in one direction. By
-      the grating equation a difference of direction sines times d is a difference of wavelengths;
+    - `line_nm`: λd/(2√2·πs) at CHECKED_NM, the standard deviation in nm of the wavelengths that order 1 sends into one
+      direction. By the grating equation a difference of direction sines times d is a difference of wavelengths;
     - `delta_e`: the errors by step in nm;
     - `first_seen`: the smallest step with a visible error, or `None`.
     """
@@ -136,8 +136,8 @@ def white_spot(maps: Maps, panels: list[Panel]) -> dict:
         name = {"(a) FLSS, centre": "flss", "(b) NMM, centre": "nmm"}.get(panel.caption)
         if name:
             exposure = maps.drawn(panel.arguments()).exposure
-            # The default exposure clips 1 % of the pixels that are not black. A thousandth of it clips none, and the
-            # division by the largest value brightens the map again.
+            # The default exposure clips the brightest 1 % of the pixels that are not black. A thousandth of it clips
+            # none unless a peak is a thousand times as bright. The division by the largest value brightens the map.
             linear = decoded(maps.drawn(panel.arguments(), exposure / 1000).png)
             linear /= linear.max()
             # A pixel's side is 2/size. The radius is reduced by half a side, so that pixels are inside as a whole.
@@ -196,10 +196,11 @@ def valleys(surface: Surface, sigmas_um: tuple) -> list[dict]:
 
 
 def terms_seen(rows: list[dict]) -> dict:
-    """For each series the smallest number of terms from which on no map has a visible error where lit, or `None`.
+    """For each series of terms the least N such that no map with N or more terms has a visible error where it is lit.
 
-    `rows` are errors of panels in ascending N. A caption is, for example, "N = 24, about the base". Keys of the result
-    are `base`, `middle` and `chebyshev`, the last words of the captions.
+    It is `None` if there is none. `rows` has the errors of panels, one for each series and N, in ascending N. A
+    caption is, for example, "N = 24, about the base". Keys of the result are `base`, `middle` and `chebyshev`, the
+    last words of the captions.
     """
     found = {}
     for series in ("about the base", "about the middle", "Chebyshev"):
@@ -241,7 +242,11 @@ def rises(values: list[float]) -> bool:
 
 
 def check(made: dict) -> None:
-    """Raises SetupError if the part's numbers `made` contradict its template."""
+    """Raises SetupError if the measured numbers contradict the text of the page into which they are inserted.
+
+    `made` has the results of the functions above by name. Under `sheets` it has, for each sheet of panels, the caption
+    and the errors of each panel.
+    """
     errors = {
         surface: {row["caption"]: row["delta_e_lit"] for row in made["sheets"][f"taylor-{surface}"]["panels"]}
         for surface in ("blazed", "xenopeltis-procedural")
@@ -255,7 +260,7 @@ def check(made: dict) -> None:
         "Xenopeltis has not converged with 24 and 26 terms": all(
             errors["xenopeltis-procedural"][caption] >= NOTICED_DELTA_E for caption in about_the_base
         ),
-        # `parts` has the number of terms at which each partial sum (taylor_sums.py) has converged.
+        # `parts` has the numbers of terms at which four partial sums of Taylor's series (taylor_sums.py) converge.
         "the four partial sums converge within 3 terms of each other": all(
             max(found["parts"]) - min(found["parts"]) <= 3 for found in made["sums"]
         ),

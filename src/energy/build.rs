@@ -14,20 +14,19 @@ use crate::table::{Progress, Steps};
 const SIZE_OF_ORDERS: (u32, u32) = (56, 15);
 /// Numbers of cells and planes of other tables, chosen as those of [`SIZE_OF_ORDERS`]. With (20, 9), the build takes
 /// twice as long, and the mean albedo of the preset *Xenopeltis* is higher by 0.008.
-pub(super) const SIZE: (u32, u32) = (16, 7);
+const SIZE: (u32, u32) = (16, 7);
 /// Check points in each cell of a table with narrow orders. With 14, an albedo of 1.013 remains on gratings; more take
 /// longer.
 const CHECKS_OF_ORDERS: usize = 20;
 /// Check points in each cell of other tables. With 6, an albedo of 1.020 remains on a relief 2 µm deep; more take
 /// longer.
-pub(super) const CHECKS: usize = 8;
+const CHECKS: usize = 8;
 /// Excess of the least divisor b, as a fraction of the albedo's excess `a − 1`. With 0.5, the mean albedo of a steep
 /// sinusoid is lower by 0.01. With 0.7, t has ridges too narrow for the check points, and an albedo of 1.015 remains on
 /// a blazed grating.
 const LEAST_FRACTION: f64 = 0.6;
-/// Albedo that is accepted at nodes and check points. Chosen: the limit of 1.01 leaves the rest to directions between
-/// check points.
-const ACCEPTED: f64 = 1.002;
+/// Albedo that is accepted at nodes and check points. Chosen: less than the fast integral's errors.
+const ACCEPTED: f64 = 1.0003;
 /// Number of iterations for t. Every iterate is an upper bound of t. Chosen: more give smaller divisors, but take
 /// longer.
 const ITERATIONS: usize = 4;
@@ -73,12 +72,13 @@ fn slab_packets(
     let least = nodes
         .values(steps, |wi, plane| LEAST_FRACTION * excess(parts_and_bound(integral, wi, wavelengths_nm(plane)).1));
     let words = nodes.packets(&least);
-    // The small-slope factor of a dielectric vanishes at the horizon. So there are no ridges between nodes, and
+    // The small-slope factor of a dielectric vanishes at the horizon. So the albedo has no ridges between nodes, and
     // divisors of one at all nodes suffice.
     if integral.is_dielectric() && least.iter().all(|value| *value == 0.0) {
         return words;
     }
     let b = AlbedoView::<Lanes> { layout: nodes.layout(), words: &words };
+    // Excess of t. A result below `enough` need not be exact.
     let needed = |wi: Vec3, plane: f64, enough: f64| {
         let (parts, mut t) = parts_and_bound(integral, wi, wavelengths_nm(plane));
         // The first bound suffices if it is small enough.
@@ -86,8 +86,9 @@ fn slab_packets(
             // Parts of a with 1/b(wo), where b = 1 + excess.
             let per_b = |wo| Real4::lit(1.0) / (Real4::lit(1.0) + b.excess_in_plane(wo, plane));
             let weighted: Vec<_> = parts.into_iter().map(|(wo, part)| (per_b(wo), part)).collect();
-            // Each iteration replaces t by the larger of 1 and I(t) = ∫ f min(1, t/b(wo)) cosθo dωo. The first t
-            // fulfils I(t) ≤ t, and I does not decrease with t. So I(I(t)) ≤ I(t): the new t fulfils it, too.
+            // Each iteration replaces the bound t by t' = max(1, I(t)), with I(t) = ∫ f min(1, t/b(wo)) cosθo dωo. The
+            // first bound fulfils I(t) ≤ t. Then t' ≤ t, and since I does not decrease, I(t') ≤ I(t) ≤ t': t' is a
+            // bound, too.
             for _ in 0..ITERATIONS {
                 let reached = weighted.iter().fold(Real4::lit(0.0), |sum, &(per_b, part)| {
                     (Real4::lit(t) * per_b).min(Real4::lit(1.0)).fma(part, sum)

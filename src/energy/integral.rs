@@ -64,8 +64,9 @@ impl<'a> AlbedoIntegral<'a> {
 
     /// The integral for a range of sizes.
     ///
-    /// Orders of gratings keep their width when the pattern is resized. In units of the resized pattern they are
-    /// narrowest at the smallest scale, where albedos are largest; all sizes get this width. Squares stay unchanged.
+    /// Orders of gratings keep their width when the pattern is resized by s. In the table's frequencies, the standard
+    /// deviation σ becomes s·σ. It is narrowest at the smallest scale, where albedos are largest; all sizes get this
+    /// width. Squares stay unchanged.
     /// The index is that of the largest depth, which is exact for a single depth.
     pub(super) fn of_sizes(mut self, sizes: &SizeRange) -> Self {
         for portion in self.portions.iter_mut().filter(|portion| !portion.is_square) {
@@ -109,6 +110,7 @@ impl<'a> AlbedoIntegral<'a> {
             let q = [x + wo[0], y + wo[1], cosines[0] + cosines[1]];
             let factor = self.options.albedo_factor(q, cosines, index);
             let power = PowerCurves::<V>::new(self.table, q[2] * kappa_per_w).power(|lane| lanes[lane].2);
+            // The power of a single node of an aperiodic relief may be negative; sums over neighbours are not.
             visit(wo, V::pack(|lane| lanes[lane].1) * factor * power);
         }
     }
@@ -175,7 +177,7 @@ mod tests {
                 relief(&mut random, 24, 20, 0.3),
                 Options { obliquity: Obliquity::SmallSlope, index: metal, ..plain.clone() },
             ),
-            // Wide nodes, read from a grid.
+            // Squares.
             (relief(&mut random, 24, 20, 0.3), Options { tiling: Tiling::Aperiodic, ..plain.clone() }),
             // Flat: splines have next to no knots.
             (relief(&mut random, 30, 1, 0.0), plain),
@@ -202,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn mirrored_half_matches_full() {
+    fn mirrored_incidences_have_equal_albedos() {
         // Rounding of sums of equal numbers in another order, in double precision.
         const ROUNDING: f64 = 1e-12;
         each_incidence(|integral, along_x_alone, wi, nm| {

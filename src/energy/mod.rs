@@ -6,10 +6,10 @@
 //! | --- | --- |
 //! | `f(wi, wo)` | reflectance of the model in 1/sr, with the small-slope factor but without the Fresnel reflectance |
 //! | `a(wi)` | albedo of f: `∫ f cosθo dωo` |
-//! | `A(w)` | divisor of a direction, tabulated by [`AlbedoTable`] |
+//! | `A(d)` | divisor of a direction d, either wi or wo, tabulated by [`AlbedoTable`] |
 //! | `f'(wi, wo)` | `f/max(1, A(wi), A(wo))`, the reflectance that conserves energy; reciprocal, because f is |
 //! | `a'(wi)` | albedo of f', which must not exceed 1 |
-//! | `b(w)` | lower bound of the divisor, fixed before t is computed: `1 ≤ b ≤ max(1, A)` |
+//! | `b(d)` | lower bound of the divisor, fixed before t is computed: `1 ≤ b ≤ max(1, A)` |
 //! | `t(wi)` | least `t ≥ 1` with `∫ f min(1, t/b(wo)) cosθo dωo ≤ t` |
 //!
 //! `A ≥ a` is sufficient for `a' ≤ 1`, and so is `A ≥ t`: with `T = max(1, A(wi))`, the quotient
@@ -18,7 +18,8 @@
 //! t is smaller than a where narrow orders leave along the surface. There a has a pole, but most of its light is
 //! already removed by the divisor of the outgoing direction.
 //!
-//! The table holds `(A − 1)·cos²θ` at its nodes, and is linear between them. It is filled in three steps (`build.rs`):
+//! The table holds `(A − 1)·cos²θ` at its nodes, and is linear between them. It is filled in three steps (`build.rs`),
+//! which accept albedos slightly above one:
 //!
 //! 1. The nodes get b, whose excess over one is a fraction of the excess of a.
 //! 2. The nodes get the larger of b and t.
@@ -90,8 +91,8 @@ impl AlbedoLayout {
         self.sizes.map_or(1, |sizes| sizes.slabs)
     }
 
-    /// Wavelengths [λ', λ"] in nm (`sizes.rs`) at a position among the planes of a slab, in planes from the first. They
-    /// are equal for one size.
+    /// Wavelengths [λ', λ"] in nm, for frequencies and for the phase rate (`sizes.rs`), at a position among the planes
+    /// of a slab, in planes from the first. They are equal for one size.
     fn wavelengths_nm(&self, plane: f64, slab: u32) -> [f64; 2] {
         match &self.sizes {
             Some(axes) => [axes.plane_nm(plane), axes.slab_nm(slab)],

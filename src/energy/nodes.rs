@@ -15,11 +15,11 @@ use rayon::prelude::*;
 use std::array;
 
 /// Factor on the excess that check points near the horizon require where albedos have a pole there, and divisors change
-/// most within a cell. With 1.0, an albedo of 1.20 remains at 89° on a blazed grating; with 1.3, one of 1.087 beyond 87°
-/// on a relief of several sizes (`sizes.rs`). Little power leaves there.
+/// most within a cell. With 1.0, an albedo of 1.20 remains at 89° on a blazed grating; with 1.3, one of 1.087 beyond
+/// 87° on a relief of several sizes (`sizes.rs`). Little power leaves there.
 const RIM_INCREASE: f64 = 1.4;
-/// Radius of the grid beyond which [`RIM_INCREASE`] applies: 85.6°. With 0.9, an albedo of 1.02 remains at 88° on a
-/// blazed grating with a coherence length of 5 µm.
+/// Radius r of the grid beyond which [`RIM_INCREASE`] applies. There cosθ = (1 − r²)², so this is 85.6°. With 0.9, an
+/// albedo of 1.02 remains at 88° on a blazed grating with a coherence length of 5 µm.
 const RIM_RADIUS: f64 = 0.85;
 
 /// Shape of a slab.
@@ -69,7 +69,8 @@ impl Nodes {
         (self.planes as usize - 1) * (self.rows() - 1) * self.grid.cells as usize
     }
 
-    /// Values `[plane][y][x]` of the stored nodes. `excess` is that of a direction in a plane.
+    /// Values `[plane][y][x]` of the stored nodes; those beyond the horizon have the value near it (`grid.rs`).
+    /// `excess` is that of a direction in a plane.
     pub(super) fn values(self, steps: &Steps, excess: impl Fn(Vec3, f64) -> f64 + Sync) -> Vec<f32> {
         let value = |i: usize| {
             steps.one();
@@ -107,7 +108,8 @@ impl Nodes {
     /// enough)` is that excess; a result below `enough`, the table's excess, need not be exact.
     ///
     /// The largest deficits are mended first, since this mends others around them. Each raises the cell's corners in
-    /// proportion to their weights in the interpolation: the raise with the least sum of squares.
+    /// proportion to their weights in the interpolation: the raise with the least sum of squares. One pass suffices,
+    /// since values only rise.
     pub(super) fn raise(
         self,
         values: &mut [f32],

@@ -11,7 +11,8 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// Number of the strongest narrow Gaussians that stay separate. With 300, a crossed grating of 2 µm by 2 µm loses 6 %
-/// of its albedo to divisors, since it gets a coarser table; but with 500 the table takes 1.7 s instead of 0.05 s.
+/// of its albedo to divisors, since tables with squares are coarser (`build.rs`); but with 500 the table takes 1.7 s
+/// instead of 0.05 s.
 const SEPARATE: usize = 500;
 /// Side in cycles/µm of the squares for narrow Gaussians: about the largest of which the quadrature has a single row at
 /// all wavelengths. Smaller ones take longer.
@@ -92,7 +93,7 @@ pub(super) fn portions(table: &SpectralTable) -> Vec<Portion<'_>> {
             (false, _) => NARROW_SIDE_PER_UM,
         }
     });
-    // The norm of a record is that of its power over the phase rate. Integers are keys, since `f64` is not `Ord`.
+    // Strength: the sum of the absolute coefficients of the spline. Integers are keys, since `f64` is not `Ord`.
     let strength = |gaussian: &Portion| gaussian.record.iter().map(|value| f64::from(value.abs())).sum::<f64>();
     gaussians.sort_by_cached_key(|gaussian| std::cmp::Reverse((strength(gaussian) * 1e12) as u64));
     let weak = gaussians.split_off(separate.min(gaussians.len()));
@@ -107,8 +108,8 @@ fn squares(gaussians: &[Portion], sides: [f64; 2]) -> Vec<Portion<'static>> {
     let along = |gaussian: &Portion, c: usize| {
         let (f, side) = (gaussian.f[c], sides[c]);
         // Squares add twice the variance side²/12 of a uniform interval: their own, and that of moving powers to their
-        // centres. It is subtracted from the Gaussian's before. Without a rest, the Gaussian falls into the square
-        // around its centre.
+        // centres. It is subtracted from the Gaussian's variance first. If nothing is left, the Gaussian falls into the
+        // square around its centre.
         let sigma = (gaussian.sigma_f[c].powi(2) - side * side / 6.0).max(1e-12 * side * side).sqrt();
         let [low, high] = [-REACH, REACH].map(|t| ((f + t * sigma) / side).round() as i64);
         (low..=high).map(move |i| {

@@ -121,7 +121,7 @@ mod tests {
         // Bound of surfaces of one size: 1.01 and the tolerance of the tables.
         const LIMIT: f64 = 1.011;
         // Orders at scales above the smallest are wider than the table's, and so is their pole at the horizon: measured
-        // 1.060, in directions that carry little light.
+        // 1.066, in directions that carry little light.
         const AT_HORIZON: f64 = 1.07;
         let sizes = |scale, depth| Options {
             coherence_length_um: 20.0,

@@ -98,7 +98,8 @@ impl State for LaneMask {
     }
 }
 
-/// Implements [`State`] for numbers by value, which have no recorded variables (mod.rs).
+/// Implements [`State`] for numbers by value: they are computed at once, and a tracer, which records variables to
+/// generate a program from them (mod.rs), has none to record. Its names of loops are not needed either.
 macro_rules! states {
     ($($t:ty)+) => {$(
         impl State for $t {
@@ -276,8 +277,7 @@ impl Lanes<'_> {
 impl<'a> Numbers for Lanes<'a> {
     type Real = f32x4;
     type Double = f64x4;
-    /// Values that are converted from or to real numbers must stay below 2³¹: the conversions are those of signed
-    /// integers.
+    /// Values that are converted from or to `Real` must stay below 2³¹: these conversions are those of signed integers.
     type Index = u32x4;
     type Mask = LaneMask;
     type Words = &'a [u32];
@@ -291,7 +291,8 @@ impl<'a> Numbers for Lanes<'a> {
         let (at, mask) = (at.to_array(), mask.0.to_array());
         let packets: [[u32; W]; LANES] = std::array::from_fn(|lane| {
             let start = W * at[lane] as usize;
-            // The position of a lane whose mask is false may lie beyond the table.
+            // The table is an array of packets of W words. The position of a lane whose mask is false may lie beyond
+            // it.
             match table.get(start..start + W).and_then(|rest| rest.first_chunk()) {
                 Some(words) if mask[lane] != 0 => *words,
                 _ => [0; W],
@@ -341,8 +342,8 @@ impl<'a> Numbers for Lanes<'a> {
         for (i, value) in values.iter_mut().enumerate().take(count as usize) {
             *value = function(u32x4::splat(i as u32));
         }
-        // Lanes that are still in the caller's loop share one index. Lanes that have left the loop have smaller
-        // indices, so the largest index is that of the loop.
+        // The caller's loop must count up one index, which its running lanes share. Lanes that have left the loop have
+        // smaller indices, so the largest index is that of the loop.
         move |i| {
             let largest = i.to_array().into_iter().fold(0, Ord::max);
             values[largest as usize]
@@ -404,8 +405,8 @@ mod tests {
             check(f32x4::select(positive, lanes, Lanes::all(7.0)), &|x| if x > 0.0 { x } else { 7.0 });
             for (found, x) in Real::exp2(lanes).to_array().into_iter().zip(four) {
                 let exact = f64::from(x).exp2();
-                // Two roundings, of the polynomial's sum and of its first product. Below the normal numbers the result
-                // is 0.
+                // Two roundings, of the polynomial's last product and last sum. Below the normal numbers the result is
+                // 0.
                 if (-126.0..127.0).contains(&x) {
                     assert!((f64::from(found) - exact).abs() <= 2e-7 * exact, "{x}: {found}");
                 } else if x < 0.0 {

@@ -27,10 +27,12 @@
 //! `1 − |x|` of the offset x in nodes, for x in [−1, 1]. Masses are convolved with the tents' weights beforehand, so a
 //! sample draws a node and the offset of one tent.
 //!
-//! In the evaluator, masses are whole *counts* times a unit of mass per band (`summed_area`). Results are zero where
-//! the mask `active` is false. A *reach* is a bound: of a [`LatticeAxis`] on node numbers, of a [`SquareAxis`] on
-//! offsets in nodes, and of [`SquareLayout`] and [`Passage`] on outgoing direction cosines. A [`Passage`] has the
-//! incident wave vector, a [`Reading`] the wavelengths for f and for κ. `N` is a family of numbers (`src/numeric`): an
+//! In [`SquareView`], masses are whole *counts* times a unit of mass per band (`summed_area`). Densities are zero, and
+//! directions not drawn, where the mask `active` is false. A *reach* is a bound: of a [`LatticeAxis`] on node numbers,
+//! of a [`SquareAxis`] on offsets in nodes, and of [`SquareLayout`] and [`Passage`] on outgoing direction cosines. A
+//! [`Passage`] has the incident wave vector in units of 2π/λ, and `typical_w`, the sum cosθi + cosθo at an outgoing
+//! angle chosen for the incidence, which gives its typical κ. A [`Reading`] has the wavelengths for f and for κ. `N`
+//! is a family of numbers (`src/numeric`): an
 //! `N::Real` is one number, a SIMD vector or a traced variable, and `lit` makes a constant.
 
 use super::node_power;
@@ -132,8 +134,8 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity, reach: f64) -> 
 /// frequencies that the pixels do not resolve.
 ///
 /// Pairs of directions at the frequency `f` of a node have `κ ≤ √(κ_max² − (2π|f|)²)`, since `|wi + wo| ≤ 2`. A mean is
-/// over these κ. A band without such κ repeats the mean of the band below. Where that mean is zero or missing, the band
-/// takes its first quadrature point.
+/// over quadrature points with these κ. A band without such points repeats the mean of the band below. If that is zero
+/// or missing, the band takes its first point alone.
 fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f32; BANDS])> {
     let nodes = table.kept_nodes();
     let band_width = table.kappa_max() / BANDS as f64;
@@ -202,7 +204,7 @@ pub(super) struct SquareView<N: Numbers> {
 
 /// Quantities of an incidence and a wavelength that all outgoing directions share.
 struct Incidence<N: Numbers> {
-    /// The square of frequencies, widened to whole blocks of nodes.
+    /// The square of frequencies, widened to whole blocks of nodes (`summed_area`).
     rectangle: Rectangle<N>,
     /// Index b of the lower of the two bands that are mixed.
     band: N::Index,
@@ -213,7 +215,7 @@ struct Incidence<N: Numbers> {
 }
 
 impl<N: Numbers> SquareView<N> {
-    /// Density of [`Self::draw`] over the plane of tangential wave vectors, with the arguments of
+    /// Density of [`Self::draw`] over the plane of outgoing direction cosines, with the arguments of
     /// [`super::SamplerView::density`].
     #[inline(always)]
     pub(super) fn density(
@@ -246,7 +248,7 @@ impl<N: Numbers> SquareView<N> {
         N::Real::select(has_mass, density, lit(0.0))
     }
 
-    /// Draws the tangential part of an outgoing wave vector from two random numbers, as in
+    /// Draws the direction cosines of outgoing light along x and y from two random numbers, as in
     /// [`super::SamplerView::draw`]. The returned mask is false where nothing is drawn.
     #[inline(always)]
     pub(super) fn draw(

@@ -76,7 +76,8 @@ pub struct SurfaceArgs {
     /// Coherence window: ensemble is the mean over all its positions, patch one fixed window [default: ensemble]
     #[arg(long, value_parser = names::<Model, 2>(["ensemble", "patch"]))]
     model: Option<Model>,
-    /// Obliquity factor; auto is small_slope where --k is at most a tenth of --eta, else stam [default: auto]
+    /// Obliquity factor; auto is small_slope where --eta is given and --k is at most a tenth of
+    /// it, else stam [default: auto]
     #[arg(long, value_parser = names::<ObliquityChoice, _>(ObliquityChoice::ALL.map(ObliquityChoice::name)))]
     obliquity: Option<ObliquityChoice>,
     /// Continuation of the tile: periodic repeats it, aperiodic is a single scan with tapered edges [default: aperiodic
@@ -173,7 +174,7 @@ impl SurfaceArgs {
     ///   over a periodic tile, and do not conserve energy. The arguments have these values by default, and others are
     ///   refused.
     /// - The colour table ([`MethodKind::Table`]) has all theories, models and tilings. It conserves energy with
-    ///   `--conserve-energy true`, for the ensemble model alone.
+    ///   `--conserve-energy true`, for the ensemble model of the scalar theory alone.
     ///
     /// # Errors
     /// The errors of [`SurfaceArgs::config`], and an argument that contradicts the method or has no effect with it.
@@ -185,7 +186,8 @@ impl SurfaceArgs {
                 let reason = "whose tables have other axes";
                 return Err(format!("--table-resolution has no effect with --theory rigorous, {reason}").into());
             }
-            // The orders of Maxwell's equations conserve energy by themselves: the library refuses `false`.
+            // `conserve_energy` is not set, as it is below: the rigorous theory conserves energy by itself, and the
+            // library refuses `false`.
             return Ok(self.config()?);
         }
         if kind == MethodKind::Stam && options.stam_form == StamForm::Gems {
@@ -247,8 +249,8 @@ impl SurfaceArgs {
 
     /// Refuses the arguments that `sunbeam bench --what methods` chooses itself.
     ///
-    /// The benchmark compares each method with its own model, on a periodic tile, by scalar theory, without Fresnel
-    /// factor, cover and energy conservation.
+    /// The benchmark compares each method with a reference under the method's own assumptions, on a periodic tile, by
+    /// scalar theory, without Fresnel factor, cover and energy conservation.
     ///
     /// # Errors
     /// A message that names the first such argument.

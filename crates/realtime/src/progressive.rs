@@ -1,9 +1,10 @@
 //! Pictures that begin coarse and become finer while nothing changes. The window (crates/window) and the page in a
 //! browser (crates/web) show them.
 //!
-//! A [`Progressive`] holds a scene, a method and a [`Job`], and decides how fine the next picture is: its [`Level`]
-//! has a part of the pixels or all of them, and one or more rays per pixel. It never waits for the GPU. The caller
-//! takes a [`Frame`] from it, draws the frame, blocking or not, and hands the frame back:
+//! A [`Progressive`] holds a scene, a method (a [`Shader`], which computes the colours of the relief) and a [`Job`],
+//! and decides how fine the next picture is: its [`Level`] has a part of the pixels or all of them, and one or more
+//! rays per pixel. It never waits for the GPU. The caller takes a [`Frame`] from it, draws the frame, blocking or not,
+//! and hands the frame back:
 //!
 //! ```no_run
 //! # use sunbeam_realtime::{Gpu, GpuError, Renderer, progressive::Progressive};
@@ -27,7 +28,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 /// Number of targets, the GPU's memory of a picture, kept for the next pictures: two for each of two sizes. During a
-/// drag, pictures of two sizes alternate, and one target is shown while another is drawn into. More targets take more
+/// drag, coarse pictures after changes alternate with finer ones in pauses, and one target is shown while another is
+/// drawn into. More targets take more
 /// memory; with fewer, targets are created anew during a drag.
 const TARGETS_KEPT: usize = 4;
 
@@ -95,7 +97,7 @@ pub struct Progressive {
     job: Option<Job>,
     /// The finest picture of the job so far; after [`Progressive::give_up`] that of the removed job.
     latest: Option<(Arc<Target>, Level)>,
-    /// Targets of earlier frames, the oldest first. Those that nobody else holds are drawn into again.
+    /// Targets of earlier frames, in the order of their creation. Those that nobody else holds are drawn into again.
     targets: Vec<Arc<Target>>,
     /// Speed of the method, by which times of pictures are estimated.
     pace: Pace,
@@ -122,7 +124,7 @@ impl Progressive {
         }
     }
 
-    /// Replaces the scene. An earlier draft stays for coarse pictures.
+    /// Replaces the scene with the full one of the present draft, if there is a draft, which stays for coarse pictures.
     pub fn set_scene(&mut self, scene: Scene) {
         self.scene = Some(Rc::new(scene));
         self.start_over();

@@ -3,9 +3,9 @@
 //!
 //! If the sun has moved, the sun's depth map (sunlight.rs) is drawn before the first sample. The locate stage writes a
 //! *query* for each pixel: its visible point with the directions to sun and viewer (layout.rs). This stage also adds
-//! the ground's radiance to the picture, which the first sample replaces. It lists the queries of sunlit points of the
-//! mesh in the buffer `chosen` (target.rs). The length of the list, `chosen_count`, is read back, because it sizes the
-//! dispatches of shade and resolve.
+//! the ground's radiance to the picture; the first sample overwrites the old picture instead. It lists the queries of
+//! sunlit points of the mesh in the buffer `chosen` (target.rs). The length of the list, `chosen_count`, is read back,
+//! because it sizes the dispatches of shade and resolve.
 
 use super::clock::Clock;
 use super::layout::FrameUniform;
@@ -18,7 +18,8 @@ use super::{Gpu, GpuError, pipeline, program};
 use bytemuck::Zeroable;
 
 /// Times in ms of the stages of a picture, measured by the GPU or, without [`Gpu::has_timestamps`], by the wall clock.
-/// In a browser, raster and resolve then have the time of their submission alone.
+/// In a browser without timestamps, raster and resolve do not wait for the GPU: they have the time of their submission
+/// alone, and the next stage that waits includes their work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct StageTimes {
     /// Finding the triangle at each pixel, and drawing the sun's depth map if the sun has moved.
@@ -97,7 +98,7 @@ impl Renderer {
         })
     }
 
-    /// Draws a picture into [`Target::picture`]. Calls must not overlap: they share buffers.
+    /// Draws a picture into [`Target::picture`], without blocking. Calls must not overlap: they share buffers.
     ///
     /// # Errors
     /// The errors of [`View::check`]; [`GpuError::Refused`], [`GpuError::Lost`], [`GpuError::CutShort`], and
@@ -118,7 +119,7 @@ impl Renderer {
             let map = scene.sunlight.view();
             // The sun's pass writes depths only, no triangle numbers.
             report.gpu_ms.raster += self.rasterise(gpu, scene, &self.shadow, &bindings.shadow, None, &map).await?;
-            // Into the buffer that the locate stage reads.
+            // The map is copied into the buffer that the locate stage reads. The time of the copy belongs to no stage.
             scene.sunlight.copy(gpu)?;
             scene.sunlight.end_drawing(to_sun);
         }

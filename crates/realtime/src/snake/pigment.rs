@@ -1,5 +1,8 @@
 //! The pigment of the snake as a texture of diffuse reflectances. All reflectances, widths and weights are chosen by
 //! eye.
+//!
+//! The skin is an open sheet: the texture coordinate u runs along the body, and v across it, from the edge of one flank
+//! (0) over the back (0.5) to the edge of the other (1).
 
 use std::{fs::File, io::BufWriter, path::Path};
 
@@ -7,7 +10,7 @@ use super::{SnakeError, SnakeOptions, mesh::Surface, scales::Spot};
 use rayon::prelude::*;
 use sunbeam::colour::srgb_bytes;
 
-/// Default size of a pigment texture in pixels along and around the body. The default skin is twice as long as wide,
+/// Default size of a pigment texture in pixels along and across the body. The default skin is twice as long as wide,
 /// so texels are square on it.
 pub const PIGMENT_SIZE: (usize, usize) = (2048, 1024);
 /// Largest accepted size of a side in pixels. It bounds the memory of a texture to 768 MiB.
@@ -17,7 +20,7 @@ const SIDE_MAX: usize = 16_384;
 pub(crate) const BACK_REFLECTANCE: [f64; 3] = [0.022, 0.017, 0.014];
 /// Linear sRGB reflectance of the rim of a scale.
 const RIM_REFLECTANCE: [f64; 3] = [0.050, 0.041, 0.034];
-/// Linear sRGB reflectance of the body's flanks, at the sides of the sheet.
+/// Linear sRGB reflectance of the body's flanks, at the edges of the sheet.
 const FLANK_REFLECTANCE: [f64; 3] = [0.080, 0.068, 0.057];
 
 /// An 8-bit sRGB image of the skin's pigment, aligned with the mesh's texture coordinates.
@@ -25,7 +28,7 @@ const FLANK_REFLECTANCE: [f64; 3] = [0.080, 0.068, 0.057];
 pub struct PigmentTexture {
     /// Pixels along the body (u, left to right).
     pub width: usize,
-    /// Pixels around the body (v).
+    /// Pixels across the body (v).
     pub height: usize,
     /// Encoded sRGB `[r, g, b]`, row by row from v = 0 on.
     pub pixels: Vec<[u8; 3]>,
@@ -57,13 +60,13 @@ pub fn pigment_texture(options: &SnakeOptions, width: usize, height: usize) -> R
     Ok(PigmentTexture { width, height, pixels })
 }
 
-/// Linear sRGB reflectance of a point of a scale, at the texture coordinate `v` around the body.
+/// Linear sRGB reflectance of a point of a scale, at the texture coordinate `v`.
 fn reflectance(spot: &Spot, v: f64) -> [f64; 3] {
     // Weight of the rim's colour. It grows with `edge`, from 0 below 0.72 to its maximum at the scale's edge, where
     // `edge` is 1. The maximum is halved on the half of the scale towards the root (`along` ≤ 0).
     let rim_weight_max = if spot.along > 0.0 { 1.0 } else { 0.5 };
     let rim = smoothstep(spot.edge, 0.72, 0.28) * rim_weight_max;
-    // Weight of the flank's colour: 0 on the back, 1 at the sides of the sheet.
+    // Weight of the flank's colour: 0 on the back, 1 at the edges of the sheet.
     let flank = smoothstep((v - 0.5).abs(), 0.30, 0.20);
     // The keel, the ridge along the scale's axis, is darker by up to a quarter. `across` is ±1 at the scale's sides.
     let keel = 1.0 - 0.25 * (-(spot.across / 0.15).powi(2)).exp();

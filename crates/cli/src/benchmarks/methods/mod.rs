@@ -38,8 +38,8 @@ use sunbeam_realtime::Gpu;
 /// Largest accepted deviation of [`Truth`] from the oracle, on the scale of [`TruthCheck::largest`]. Rounding of
 /// double-precision sums causes less.
 const ORACLE_LIMIT: f64 = 1e-9;
-/// Number of values at which [`Truth`] is compared with the oracle. Each oracle value is a sum over the tile, so
-/// larger numbers take longer; smaller ones may miss a defect.
+/// Number of pairs of directions and wavelengths at which [`Truth`] is compared with the oracle. Each oracle value is
+/// a sum over the tile, so larger numbers take longer; smaller ones may miss a defect.
 const ORACLE_CHECKS: usize = 12;
 /// Shortest wavelength of the methods in µm, at which κH is largest.
 const SHORTEST_UM: f64 = 0.38;
@@ -122,8 +122,9 @@ pub(crate) struct Entry {
     pub(crate) gpu: Option<Timing>,
     /// Errors against the reference.
     pub(crate) errors: Errors,
-    /// Whether the entry is on the Pareto front (pareto.rs): no other entry beats it in the time on the CPU, the mean
-    /// of ΔE₂₀₀₀ and its 99th percentile. Entries of this method with the other model do not count.
+    /// Whether the entry is on the Pareto front (pareto.rs) of the time on the CPU, the mean of ΔE₂₀₀₀ and its 99th
+    /// percentile: no other entry is as good in all three and better in one. Errors too small to be seen count as equal
+    /// (`clamp_delta_e`). Entries of this method with the other model do not count.
     pub(crate) on_front: bool,
     /// Whether the entry is on the Pareto front of the entries with this method and model. The error of the spectrum
     /// counts as a fourth coordinate.
