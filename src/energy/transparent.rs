@@ -31,11 +31,15 @@ use crate::scattering::{Passage, SLAB_PHASE, SizeRange, TYPICAL_WAVELENGTH_UM, T
 use crate::table::{NodeQuantity, PowerCurves, Progress, SpectralTable, WAVELENGTH_MIN_NM};
 use std::f64::consts::TAU;
 
-/// Number of cells along each side of the grid. With 16 cells and 7 planes, the deepest film of the tests loses 4 % of
-/// its albedo to divisors; more take longer.
-const CELLS: u32 = 24;
-/// Number of planes over the tables' range of wavelengths, chosen with [`CELLS`].
-const PLANES: u32 = 11;
+/// Largest number of portions that count as few. The albedo of few orders changes fastest. Chosen: a larger number
+/// takes longer.
+const FEW: usize = 100;
+/// Numbers of cells along each side of the grid, and of planes over the tables' range of wavelengths, for few portions.
+/// With [`SIZE_OF_MANY`], the deepest film of the tests loses 4 % of its albedo to divisors; more take longer.
+const SIZE_OF_FEW: (u32, u32) = (24, 11);
+/// Cells and planes for more portions. With [`SIZE_OF_FEW`], the albedo's table of a skin's film takes half as long
+/// again.
+const SIZE_OF_MANY: (u32, u32) = (16, 7);
 /// Check points in each cell (`nodes.rs`). With none, an albedo of 1.046 would remain on a sinusoid 1.7 µm high.
 /// Chosen: more take longer.
 const CHECKS: usize = 4;
@@ -75,7 +79,8 @@ impl AlbedoTable {
         let integral = BodyIntegral::new(table, body);
         let parts = integral.parts();
         let phase_max = phase_per_cosine(table, 1e-3 * WAVELENGTH_MIN_NM);
-        let layout = AlbedoLayout::new(CELLS, PLANES, sizes, phase_max, SLAB_PHASE);
+        let (cells, planes) = if integral.portions.len() <= FEW { SIZE_OF_FEW } else { SIZE_OF_MANY };
+        let layout = AlbedoLayout::new(cells, planes, sizes, phase_max, SLAB_PHASE);
         let nodes =
             Nodes { grid: Grid { cells: layout.cells }, planes: layout.planes, is_mirrored: false, has_pole: false };
         let steps = progress.of_steps(2 * layout.slabs() as usize * (nodes.len() + CHECKS * nodes.cells()));
