@@ -180,7 +180,7 @@ def pairs_of(studio: Studio, shot: Shot) -> np.ndarray:
     npy, exr = studio.folder / "pairs.npy", studio.folder / "pairs.exr"
     mesh = (studio.disc if shot.disc else studio.snake).mesh
     rotation = {name: value for name, value in shot.skin.items() if name == "rotation"}
-    # Of the surface's parameters only the rotation changes the directions, so the fastest method and relief are used.
+    # The fastest method and relief serve, since only the rotation among the surface's parameters changes directions.
     realtime.render(exr, "stam", mesh, {"preset": "blazed", **rotation}, shot.light, shot.view, pairs=npy)
     return np.load(npy)
 

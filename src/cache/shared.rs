@@ -38,8 +38,8 @@ impl<K: Eq + Hash, T> Shared<K, T> {
 
     /// The value of `key` that is in use, or else a new value from `make`.
     ///
-    /// Of concurrent calls with one key, the first makes the value and the others wait. If its `make` fails, another
-    /// of them calls its own `make`. Calls with other keys do not wait. `make` must not call `get` with the same key,
+    /// The first of concurrent calls with one key makes the value, and the others wait. If its `make` fails, another of
+    /// them calls its own `make`. Calls with other keys do not wait. `make` must not call `get` with the same key,
     /// which would wait forever.
     ///
     /// # Errors

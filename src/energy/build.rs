@@ -51,7 +51,8 @@ pub(super) fn reflecting(integral: &AlbedoIntegral, sizes: Option<&SizeRange>, p
         is_mirrored: integral.is_mirrored(),
         has_pole: !integral.is_dielectric(),
     };
-    let integral = &sizes.map_or_else(|| integral.clone(), |sizes| integral.clone().of_sizes(sizes));
+    let for_sizes = sizes.map(|sizes| integral.clone().of_sizes(sizes));
+    let integral = for_sizes.as_ref().unwrap_or(integral);
     // Nodes are integrated twice, for b and for t.
     let steps = progress.of_steps(layout.slabs() as usize * (2 * nodes.len() + checks * nodes.cells()));
     let words = (0..layout.slabs()).flat_map(|slab| {

@@ -66,8 +66,7 @@ impl<'a> AlbedoIntegral<'a> {
     ///
     /// Orders of gratings keep their width when the pattern is resized by s. In the table's frequencies, the standard
     /// deviation σ becomes s·σ. It is narrowest at the smallest scale, where albedos are largest; all sizes get this
-    /// width. Squares stay unchanged.
-    /// The index is that of the largest depth, which is exact for a single depth.
+    /// width. Squares stay unchanged. The index is that of the largest depth, which is exact for a single depth.
     pub(super) fn of_sizes(mut self, sizes: &SizeRange) -> Self {
         for portion in self.portions.iter_mut().filter(|portion| !portion.is_square) {
             portion.sigma_f = portion.sigma_f.map(|sigma| sigma * sizes.scale[0]);

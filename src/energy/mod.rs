@@ -27,7 +27,8 @@
 //!    (`nodes.rs`).
 //!
 //! Where an order passes the horizon, t has a ridge narrower than a cell. Tables of narrow orders therefore have more
-//! check points. Between these an albedo of 1.01 may remain (docs/tables.md#energy).
+//! check points. Between these, albedos of up to 1.01 remain on presets and scans, and larger ones on a few other
+//! reliefs (docs/tables.md#energy).
 
 mod bands;
 mod build;
