@@ -2,6 +2,7 @@
 
 PYTHON ?= python3
 PY     := .venv/bin/python
+# Marker files: the packages of requirements.lock, and those of requirements-formats.lock, are in .venv.
 READY  := .venv/.ready
 FORMATS := .venv/.formats
 # One line for each skipped test of the last `make test`.
@@ -16,8 +17,8 @@ EARLY  += --features sunbeam-height-field/files
 export CARGO_TARGET_DIR := target
 export SUNBEAM_SKIPS := $(CURDIR)/$(SKIPS)
 
-# Tests start hundreds of interpreters, and pip does not compile modules (scripts/setup.sh). Images of containers often
-# set this variable, so that each interpreter would compile them again.
+# With this variable, which images of containers often set, Python keeps no compiled modules. pip does not compile them
+# either (scripts/setup.sh), so each of the tests' hundreds of interpreters would.
 unexport PYTHONDONTWRITEBYTECODE
 
 # Parallel builds would wait for each other's locks.
@@ -95,7 +96,7 @@ library:
 header:
 	SUNBEAM_WRITE_HEADER=1 $(CARGO) test --release -p sunbeam-c --test header
 
-# The part that a change of the library breaks: its own tests, and those that compare the plugin with it.
+# Names of the Python tests that compare the plugin with the library. `make check` runs them and the library's own.
 CHECKED := chi2 energy plugin_bsdf small_slope twins
 check: plugin
 	$(CARGO) test --release -p sunbeam -p sunbeam-fourier -p sunbeam-height-field -p sunbeam-rigorous --lib --test core
@@ -108,8 +109,8 @@ test: new-skips test-rust test-python test-web
 new-skips:
 	@mkdir -p $(dir $(SKIPS)); : > $(SKIPS)
 
-# The release profile serves everything, so that dependencies are built once. The tests of the plugin's Rust half load
-# the libraries of the wheels.
+# Tests use the release profile, too, so that dependencies are built once. The tests of the plugin's Rust half load the
+# libraries of the wheels.
 WHEELS = $(PY) -c "from importlib.util import find_spec as find; \
 	print(':'.join(find(name).submodule_search_locations[0] for name in ('drjit', 'mitsuba')))"
 test-rust: $(READY)
@@ -172,7 +173,7 @@ bench-gpu: plugin
 	$(CARGO) build --release -p sunbeam-cli
 	$(PY) -m benches.gpu $(PARTS)
 
-# The parts of pages named in PAGES, or all. The part `validity` needs a solver of others, which is installed first.
+# The parts of pages named in PAGES, or all. The part `validity` needs a third-party solver, which is installed first.
 figures: plugin library tool
 	$(if $(filter validity,$(or $(PAGES),validity)),$(PY) -m pip install --quiet -r requirements-validity.lock)
 	$(PY) -m docs.figures $(PAGES)

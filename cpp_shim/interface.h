@@ -22,8 +22,8 @@ namespace dr = drjit;
 /// perpendicular to the plane of the light's direction and the normal, and p, in this plane. The first letter of a
 /// subscript is the outgoing state, the second the incident state. A suffix 0 marks quantities of `from`:
 ///
-///     B_ss = −(ε − 1) cos/(s s0)         B_sp = (ε − 1) t0 sin/(s p0)
-///     B_ps = (ε − 1) t sin/(p s0)        B_pp = (ε − 1) (t t0 cos − ε sines)/(p p0)
+///     B_ss = −(ε − 1) cos/(D_s D_s0)     B_sp = (ε − 1) t0 sin/(D_s D_p0)
+///     B_ps = (ε − 1) t sin/(D_p D_s0)    B_pp = (ε − 1) (t t0 cos − ε sines)/(D_p D_p0)
 ///     Q = 2 q q0 / w² · (|B_ss|² + |B_sp|² + |B_ps|² + |B_pp|²)
 ///
 /// A perfect conductor, the limit of large ε, has
@@ -38,7 +38,8 @@ namespace dr = drjit;
 /// | `sines` | product of the sines of the two polar angles, k k0 in small_slope.rs |
 /// | `cos`, `sin` | cosine and sine of the azimuth from the incident to the outgoing light |
 /// | `epsilon` | ε, the squared index |
-/// | `t`, `s`, `p` | terms of one direction (struct `Terms`) |
+/// | `t` | √(ε − 1 + q²), the normal component of the transmitted wave vector over the wave number above the surface |
+/// | `d_s`, `d_p` | D_s = q + t and D_p = εq + t, the denominators of Fresnel's coefficients |
 /// | `half` | half the squared length of `from + to`, which is 1 + from·to |
 /// | `grazing` | cos − sines without cancellation: (q² + q0² + q q0 − q² q0² − half) / sines |
 template <typename Float, typename Spectrum> class Interface {
@@ -127,7 +128,7 @@ private:
     /// more pairs of directions would get an arbitrary axis.
     static constexpr float NORMAL_SQUARED_MIN = 1e-10f;
     /// Smallest squared length of a tangential vector that has an azimuth. It and its reciprocal root are normal
-    /// numbers in single precision. A larger bound would take the azimuth from more directions.
+    /// numbers in single precision. A larger bound would leave more directions without an azimuth.
     static constexpr float TANGENT_SQUARED_MIN = 1e-24f;
     /// Smallest argument of the square root of `sines`, which has no derivative at zero.
     static constexpr float ROOT_MIN = 1e-24f;
@@ -138,7 +139,7 @@ private:
     /// Product of sines above which `grazing` replaces `cos - sines`, whose terms may then cancel. Below it the
     /// numerator of `grazing` cancels.
     static constexpr float SINES_GRAZING = .5f;
-    /// Smallest squared modulus of `s` and `p` as a divisor, equal to SQUARED_MODULUS_MIN of
+    /// Smallest squared modulus of `d_s` and `d_p` as a divisor, equal to SQUARED_MODULUS_MIN of
     /// src/scattering/small_slope.rs: products of two reciprocals then stay finite in single precision.
     static constexpr float DIVISOR_SQUARED_MIN = 1e-18f;
 
@@ -160,16 +161,14 @@ private:
         Float sin() const { return in.x() * out.y() - in.y() * out.x(); }
     };
 
-    /// Terms of one direction with cosine q. `t` is √(ε − 1 + q²), the normal component of the transmitted wave vector
-    /// over the wave number above the surface. `s` and `p` are the denominators q + t of s polarisation and εq + t of p
-    /// polarisation.
+    /// Terms of one direction with cosine q.
     struct Terms {
-        Complex t, s, p;
+        Complex t, d_s, d_p;
 
         Terms(const Float &q, const Complex &epsilon) {
-            t = dr::sqrt(epsilon - UnpolarizedSpectrum(dr::fnmadd(q, q, 1.f)));
-            s = UnpolarizedSpectrum(q) + t;
-            p = epsilon * UnpolarizedSpectrum(q) + t;
+            t   = dr::sqrt(epsilon - UnpolarizedSpectrum(dr::fnmadd(q, q, 1.f)));
+            d_s = UnpolarizedSpectrum(q) + t;
+            d_p = epsilon * UnpolarizedSpectrum(q) + t;
         }
     };
 
@@ -210,14 +209,15 @@ private:
         auto rcp_squared = [](const Complex &z) {
             return dr::rcp(dr::maximum(dr::squared_norm(z), DIVISOR_SQUARED_MIN));
         };
-        const UnpolarizedSpectrum per_s = rcp_squared(out.s), per_s0 = rcp_squared(in.s), per_p = rcp_squared(out.p),
-                                  per_p0 = rcp_squared(in.p);
+        const UnpolarizedSpectrum per_d_s = rcp_squared(out.d_s), per_d_s0 = rcp_squared(in.d_s),
+                                  per_d_p = rcp_squared(out.d_p), per_d_p0 = rcp_squared(in.d_p);
         // Numerator of B_pp without the factor ε − 1.
         const Complex pp = out.t * in.t * UnpolarizedSpectrum(cos) - m_epsilon * UnpolarizedSpectrum(sines);
         // |B_ss|² + |B_pp|² and |B_sp|² + |B_ps|², over |ε − 1|².
-        const UnpolarizedSpectrum straight = cos_squared * per_s * per_s0 + dr::squared_norm(pp) * per_p * per_p0;
+        const UnpolarizedSpectrum straight =
+            cos_squared * per_d_s * per_d_s0 + dr::squared_norm(pp) * per_d_p * per_d_p0;
         const UnpolarizedSpectrum crossed =
-            sin_squared * (dr::squared_norm(out.t) * per_p * per_s0 + dr::squared_norm(in.t) * per_p0 * per_s);
+            sin_squared * (dr::squared_norm(out.t) * per_d_p * per_d_s0 + dr::squared_norm(in.t) * per_d_p0 * per_d_s);
         return dr::squared_norm(m_epsilon - 1.f) * (straight + crossed) * (2.f * product / (w * w));
     }
 
@@ -243,9 +243,10 @@ private:
         }
         const Terms out(q, m_epsilon), in(q0, m_epsilon);
         const Complex contrast = m_epsilon - 1.f;
-        return scale * jones_to_mueller(-contrast * cos / (out.s * in.s), contrast * in.t * sin / (out.s * in.p),
-                                        contrast * out.t * sin / (out.p * in.s),
-                                        contrast * (out.t * in.t * cos - m_epsilon * sines) / (out.p * in.p));
+        return scale * jones_to_mueller(-contrast * cos / (out.d_s * in.d_s),
+                                        contrast * in.t * sin / (out.d_s * in.d_p),
+                                        contrast * out.t * sin / (out.d_p * in.d_s),
+                                        contrast * (out.t * in.t * cos - m_epsilon * sines) / (out.d_p * in.d_p));
     }
 
     /// Complex index eta + ik, and its square ε.

@@ -174,7 +174,8 @@ bool run_loop(uint32_t backend, const char *name, Loop &loop) noexcept {
     const auto destroy = [](void *) {};
     return guarded(false, [&] {
         // An earlier error may have left invalid variables in the state.
-        abandon_unless(true);
+        if (*first_error)
+            throw Abandoned();
         ad_loop(JitBackend(backend), SYMBOLIC, COMPRESS, MAX_ITERATIONS, name, &loop, read, write, condition, body,
                 destroy, DIFFERENTIABLE);
         return true;

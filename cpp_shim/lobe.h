@@ -18,15 +18,14 @@ namespace sunbeam {
 /// - Directions are unit vectors in the relief's frame (z is the normal, x the relief's x) and point away from the
 ///   surface.
 /// - Wavelengths are in nm in spectral variants, and empty in RGB and mono variants.
-/// - The size is that of pattern and heights at a point of the surface, relative to the relief for which the tables
-///   were built. Surfaces without textures of sizes ignore it.
+/// - A `Size` holds the sizes of pattern and heights at a point, relative to the relief of the tables. Surfaces whose
+///   `scale` and `depth` are both numbers ignore it.
 /// - Values are the BSDF in 1/sr times |cosθo|.
-/// - Values leave out the interface's factor (Fresnel or small slope, interface.h) in spectral variants. In RGB and
-/// mono
-///   variants they include it if the surface was built with a known index. Rigorous surfaces (Maxwell's equations)
-///   always include the material's reflectance.
-/// - All results are zero where a direction lies below the surface. Surfaces of bodies that transmit have both sides,
-///   and values for light from wi to wo that include the interface's factor.
+/// - In spectral variants values leave out the interface's factor (Fresnel or small slope, interface.h). In RGB and
+///   mono variants they include it if the surface was built with a known index. Values of rigorous surfaces (Maxwell's
+///   equations) always include the material's reflectance.
+/// - All results are zero where a direction lies below the surface. Bodies that transmit have both sides. Their values
+///   are for light from wi to wo and include the interface's factor.
 /// - In variants that trace, results are zero where `active` is false. Scalar variants ignore `active`, because their
 ///   callers mask the results.
 template <typename Float, typename Spectrum> class DiffractionLobe {
@@ -69,6 +68,18 @@ public:
         return { value(answer, wo) + zero_with_derivatives(wi, wo, wavelengths, size, active), answer[DENSITY] };
     }
 
+    /// Results of `eval` and `pdf`. A result whose template argument is false is zero.
+    template <bool Value, bool Density>
+    std::pair<UnpolarizedSpectrum, Float> answer(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
+                                                 const Size &size, const Mask &active) const {
+        if constexpr (Value && Density)
+            return eval_pdf(wi, wo, wavelengths, size, active);
+        else if constexpr (Value)
+            return { eval(wi, wo, wavelengths, size, active), Float(0.f) };
+        else
+            return { UnpolarizedSpectrum(0.f), pdf(wi, wo, wavelengths, size, active) };
+    }
+
     /// Mueller matrix in 1/sr of a rigorous surface in a polarised variant, without |cosθo|. Light comes from the
     /// direction `from` and leaves towards `to`. The first axis of each frame of reference is the grooves' direction
     /// (y) without its component along the light. Not differentiable.
@@ -109,7 +120,8 @@ private:
     /// Positions of the luminance and the density in an `Answer`.
     static constexpr size_t LUMINANCE = 3, DENSITY = 4;
 
-    /// Value of an answer: the variant's channels times cosθo, not differentiable.
+    /// Value of an answer: the variant's channels times |cosθo|, not differentiable. `zero_with_derivatives` has the
+    /// derivatives, including those of the cosine.
     static UnpolarizedSpectrum value(const Answer &answer, const Vector3f &wo) {
         const Float cos_theta_o = dr::abs(dr::detach(wo.z()));
         if constexpr (IsSpectral)
@@ -201,6 +213,34 @@ private:
         return UnpolarizedSpectrum(0.f);
     }
 
+    /// Range of sizes. Rust clips others to it (`RELATIVE_SIZE`, src/scattering/size.rs).
+    static constexpr float SMALLEST_SIZE = 1e-3f, LARGEST_SIZE = 1.f;
+
+    /// Largest step of each component in a difference quotient: x, y and z of wi, those of wo, scale and depth.
+    ///
+    /// The look-ups' frequencies are proportional to scale·(wi + wo) and their phase rate κ to
+    /// depth·(cosθi + cosθo). Both sums are at most 2, so a size takes half the step of a direction.
+    std::array<float, 8> largest_steps() const {
+        const Steps steps = m_surface->steps();
+        const float x = steps.tangential[0], y = steps.tangential[1], z = steps.normal;
+        const float scale_step = .5f * std::min(x, y), depth_step = .5f * z;
+        return { x, y, z, x, y, z, scale_step, depth_step };
+    }
+
+    /// Values of component `c`, numbered as in `largest_steps`, one step forwards and one step backwards from `centre`.
+    static std::pair<Float, Float> stepped(uint32_t c, const Float &centre, float largest) {
+        const bool is_size = c >= 6, is_tangential = !is_size && c % 3 < 2;
+        // A cosine or a size moves by at most a quarter of its value, so that it does not cross zero.
+        const Float step = is_tangential ? Float(largest) : dr::minimum(largest, .25f * dr::abs(centre));
+        Float forwards = centre + step, backwards = centre - step;
+        // At an end of the range of sizes the quotient is one-sided.
+        if (is_size) {
+            forwards  = dr::clip(forwards, SMALLEST_SIZE, LARGEST_SIZE);
+            backwards = dr::clip(backwards, SMALLEST_SIZE, LARGEST_SIZE);
+        }
+        return { forwards, backwards };
+    }
+
     /// Zero with derivatives by the components x, y and z of wi, those of wo, and scale and depth if N is 8.
     template <size_t N> UnpolarizedSpectrum zero_with_derivatives_by(const std::array<Float, N> &components,
                                                                      const Wavelength &wavelengths, const Size &size,
@@ -213,15 +253,7 @@ private:
         std::array<Float, N> centre;
         std::transform(components.begin(), components.end(), centre.begin(),
                        [](const Float &c) { return dr::detach(c); });
-        // Range of sizes. Rust clips others to it (`RELATIVE_SIZE`, src/scattering/size.rs).
-        constexpr float SMALLEST_SIZE = 1e-3f, LARGEST_SIZE = 1.f;
-        // Largest step of each component. The look-ups' frequencies are proportional to scale·(wi + wo) and their
-        // phase rate κ to depth·(cosθi + cosθo). Both sums are at most 2, so a size takes half the step of a direction.
-        const Steps steps                  = m_surface->steps();
-        const float scale_step             = .5f * std::min(steps.tangential[0], steps.tangential[1]);
-        const std::array<float, 8> largest = { steps.tangential[0], steps.tangential[1], steps.normal,
-                                               steps.tangential[0], steps.tangential[1], steps.normal,
-                                               scale_step,          .5f * steps.normal };
+        const std::array<float, 8> largest = largest_steps();
         UInt32 i(0);
         Slopes slopes(UnpolarizedSpectrum(0.f));
         // A loop of 2 N evaluations keeps the kernel small. Iteration i moves component i / 2, forwards if i is even
@@ -233,19 +265,9 @@ private:
                 std::array<Float, N> moved = centre;
                 Float distance(0.f);
                 for (uint32_t c = 0; c < N; ++c) {
-                    // Components 0, 1, 3 and 4 are x and y of wi and wo; their steps have a fixed length. Steps of z
-                    // (2, 5) or a size (6, 7) are at most a quarter of its value, so that they do not cross zero.
-                    const bool is_tangential = c % 3 < 2 && c < 6;
-                    const Float step =
-                        is_tangential ? Float(largest[c]) : dr::minimum(largest[c], .25f * dr::abs(centre[c]));
-                    Float forwards = centre[c] + step, backwards = centre[c] - step;
-                    // At an end of the range of sizes the quotient is one-sided.
-                    if (c >= 6) {
-                        forwards  = dr::clip(forwards, SMALLEST_SIZE, LARGEST_SIZE);
-                        backwards = dr::clip(backwards, SMALLEST_SIZE, LARGEST_SIZE);
-                    }
-                    const auto is_moved = (i >> 1) == c;
-                    moved[c]            = dr::select(is_moved, dr::select(sign > 0.f, forwards, backwards), moved[c]);
+                    const auto [forwards, backwards] = stepped(c, centre[c], largest[c]);
+                    const auto is_moved              = (i >> 1) == c;
+                    moved[c] = dr::select(is_moved, dr::select(sign > 0.f, forwards, backwards), moved[c]);
                     // Distance of the two positions after clipping and rounding to single precision; about 2 · step.
                     distance = dr::select(is_moved, forwards - backwards, distance);
                 }
@@ -253,10 +275,10 @@ private:
                 Size moved_size{ dr::detach(size.scale), dr::detach(size.depth) };
                 if constexpr (N == 8)
                     moved_size = { moved[6], moved[7] };
-                const auto there = value(evaluate(Part::Value, wi, wo, wavelengths, moved_size, active), wo);
+                const auto moved_value = value(evaluate(Part::Value, wi, wo, wavelengths, moved_size, active), wo);
                 for (uint32_t c = 0; c < N; ++c)
                     // Sizes beyond the range have no distance, and no slope.
-                    slopes[c] += dr::select((i >> 1) == c && distance > 0.f, there * (sign / distance), 0.f);
+                    slopes[c] += dr::select((i >> 1) == c && distance > 0.f, moved_value * (sign / distance), 0.f);
                 i += 1;
             },
             "slopes");

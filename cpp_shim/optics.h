@@ -44,7 +44,7 @@ public:
     using Lobe = DiffractionLobe<Float, Spectrum>;
 
     explicit Optics(const Properties &props) {
-        set_lobe(std::make_shared<const Lobe>(read(props)));
+        set_lobe(std::make_shared<const Lobe>(read_and_build(props)));
         m_components = m_transmission ? m_transmission->components(m_textures.diffraction_varies())
                                       : m_reflection.components(m_textures);
     }
@@ -112,7 +112,7 @@ public:
     }
 
     /// BSDF times |cosθo|, and density in 1/sr with which `sample` draws `wo`, over the enabled components. A part
-    /// whose template argument is false is not computed. Zero where a direction lies below a surface that only
+    /// whose template argument is false is not to be used. Zero where a direction lies below a surface that only
     /// reflects.
     template <bool Value, bool Density> std::pair<Spectrum, Float>
     answer(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
@@ -146,7 +146,7 @@ private:
 
     /// Sets the members for textures, reflection and transmission, then builds the tables of the lobe. All parameters
     /// are checked first, since building takes seconds. Throws if a parameter is refused.
-    rust::Box<Surface> read(const Properties &props) {
+    rust::Box<Surface> read_and_build(const Properties &props) {
         const std::string json = surface_json(props);
         m_reflection           = { float(cover_index(props).value_or(1.0)), props.get<bool>("cover_reflection", true) };
         check_optics(props);
@@ -211,7 +211,7 @@ private:
     }
 
     /// Number that identifies the traced code: that of the tables, followed by one bit for each choice that changes the
-    /// code.
+    /// code. `Fingerprint` keeps 32 bits, of which ten choices leave 22 for the tables.
     uint64_t code() const {
         const Surface &surface = m_lobe->surface();
         uint64_t code          = surface.identity();

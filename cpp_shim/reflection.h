@@ -2,7 +2,6 @@
 // lobe in Rust (lobe.h) has the value of the bare relief.
 #pragma once
 
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -237,13 +236,9 @@ private:
                 if constexpr (Density)
                     pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, point.size, active);
             } else {
-                UnpolarizedSpectrum relief(0.f);
-                if constexpr (Value && Density)
-                    std::tie(relief, pdf) = lobe.eval_pdf(wi_relief, wo_relief, si.wavelengths, point.size, active);
-                else if constexpr (Value)
-                    relief = lobe.eval(wi_relief, wo_relief, si.wavelengths, point.size, active);
-                else
-                    pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, point.size, active);
+                const auto [relief, density] =
+                    lobe.template answer<Value, Density>(wi_relief, wo_relief, si.wavelengths, point.size, active);
+                pdf = density;
                 if constexpr (Value)
                     value = reflected(lobe, point, relief * point.specular * ratio, ctx, si.wi, wo);
             }

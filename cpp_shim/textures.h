@@ -56,7 +56,7 @@ template <typename Float, typename Spectrum> struct Textures {
             eta                   = props.get_unbounded_texture<Texture>("eta", 0.f);
             k                     = props.get_unbounded_texture<Texture>("k", dielectric ? 0.f : 1.f);
         }
-        // Names `eta` or `k` in messages.
+        // The text for `part`, "eta" or "k", in messages.
         const auto source = [&](const std::string &part) {
             return material == "none" ? "parameter \"" + part + "\"" : part + " of material \"" + material + "\"";
         };

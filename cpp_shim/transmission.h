@@ -53,7 +53,7 @@ public:
 
     /// A direction, and its value times |cosθo| over its density. `sample1` chooses the mirror or the lobe. Rescaled,
     /// it is the lobe's first of three variates, which chooses reflection or transmission; draws of a disabled
-    /// component weigh zero. The mirror has a probability in point of a density.
+    /// component weigh zero. The mirror has a probability in place of a density.
     std::pair<BSDFSample3f, Spectrum> sample(const Lobe &lobe, const Textures<Float, Spectrum> &textures,
                                              const BSDFContext &ctx, const SurfaceInteraction3f &si, Float sample1,
                                              const Point2f &sample2, Mask active) const {
@@ -103,7 +103,7 @@ public:
     }
 
     /// BSDF times |cosθo|, and density in 1/sr with which `sample` draws `wo`, over the enabled components. A part
-    /// whose template argument is false is not computed.
+    /// whose template argument is false is not to be used.
     template <bool Value, bool Density>
     std::pair<Spectrum, Float> answer(const Lobe &lobe, const Textures<Float, Spectrum> &textures,
                                       const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
@@ -185,15 +185,11 @@ private:
             if constexpr (Density)
                 pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, point.size, active);
         } else {
-            UnpolarizedSpectrum power(0.f);
-            if constexpr (Value && Density)
-                std::tie(power, pdf) = lobe.eval_pdf(wi_relief, wo_relief, si.wavelengths, point.size, active);
-            else if constexpr (Value)
-                power = lobe.eval(wi_relief, wo_relief, si.wavelengths, point.size, active);
-            else
-                pdf = lobe.pdf(wi_relief, wo_relief, si.wavelengths, point.size, active);
+            const auto [lobe_value, density] =
+                lobe.template answer<Value, Density>(wi_relief, wo_relief, si.wavelengths, point.size, active);
+            pdf = density;
             if constexpr (Value) {
-                power *= specular;
+                UnpolarizedSpectrum power = lobe_value * specular;
                 // The lobe has f(wi → wo)·|cosθo|. In the radiance mode light travels from wo to wi:
                 // by reciprocity f(wo → wi) = f(wi → wo) ni²/no², with the index ni on the side of wi and no of wo.
                 if (ctx.mode == TransportMode::Radiance && !m_is_film)
@@ -288,14 +284,16 @@ private:
     /// between Mitsuba's frames of reference. One matrix applies to all light of a pair of directions, so nothing is
     /// depolarised. `Terms` has the symbols.
     ///
-    /// Up to a common factor, and to √τ √τ0 of the two states, the amplitudes are
+    /// The amplitudes are proportional to the following, times √τ √τ0 of the two states:
     ///
     ///     ss = cosφ/(s s0)         sp = a0 v0 sinφ/(s p0)
     ///     ps = a v sinφ/(p s0)     pp = −σ (v v0 cosφ − σ e e0 k k0)/(p p0)
     ///
     /// The first letter is the outgoing state, and 0 marks the incident direction. φ is the azimuth from the incident
     /// to the outgoing direction of travel. The sign a of a direction is 1 below and −1 above the surface. σ = a a0 is
-    /// 1 for reflection and −1 for transmission. In code, `in` and `out` mark the incident and the outgoing direction.
+    /// 1 for reflection and −1 for transmission. These signs, which the sum of squares in transparent.rs does not need,
+    /// are those of states with p along travel × s. In code, `in` and `out` mark the incident and the outgoing
+    /// direction.
     Spectrum mueller([[maybe_unused]] const Vector3f &from, [[maybe_unused]] const Vector3f &to) const {
         if constexpr (is_polarized_v<Spectrum>) {
             using Complex = typename Terms::Complex;

@@ -48,7 +48,7 @@ def test_a_wrong_period_is_noticed():
 
 
 def test_figure_1_2_has_its_first_order_on_the_screen():
-    assert figure.off_of_single_line() < 0.5 * figure.PIXEL_CM
+    assert figure.single_line_error_cm() < 0.5 * figure.PIXEL_CM
     assert figure.position_cm(1, *figure.DRAWN) < figure.HALF_SCREEN_CM < figure.position_cm(2, *figure.DRAWN)
 
 

@@ -94,7 +94,7 @@ def test_a_shift_of_blue_towards_purple_is_measured():
     blue, green = np.tile([0.1, 0.3, 1.0], (50, 1)), np.tile([0.1, 1.0, 0.1], (50, 1))
     before = np.concatenate([blue, green])
     after = before + np.concatenate([np.tile([0.3, 0, 0], (50, 1)), np.zeros((50, 3))])
-    same, shifted = hues.of_blue(before, before), hues.of_blue(before, after)
+    same, shifted = hues.blue_means(before, before), hues.blue_means(before, after)
     assert same["count"] == shifted["count"] == 50
     assert shifted["a"] > same["a"] + 5
     assert shifted["hue_deg"] > same["hue_deg"] + 5

@@ -201,9 +201,9 @@ def test_limits_equal_the_librarys(sweep_package):
 
 
 def test_media_and_channels_may_be_numbers_or_names(sweep_package):
-    from sunbeam_mitsuba.sweep.limits import SCENE, SURFACE
+    from sunbeam_mitsuba.sweep.limits import BSDF_ONLY, SURFACE
 
-    for accepted, values in ((SCENE["int_ior"], (1.5, "bk7")), (SURFACE["channel"], (0, 2, "Height"))):
+    for accepted, values in ((BSDF_ONLY["int_ior"], (1.5, "bk7")), (SURFACE["channel"], (0, 2, "Height"))):
         assert all(accepted.accepts(value) for value in values)
         assert not any(accepted.accepts(value) for value in (-1, "", True, float("nan")))
     assert not SURFACE["channel"].accepts(0.5)
@@ -213,12 +213,12 @@ def test_media_and_channels_may_be_numbers_or_names(sweep_package):
 def test_parameters_equal_the_plugins(sweep_package):
     import re
 
-    from sunbeam_mitsuba.sweep.limits import SCENE, SOURCE, SURFACE
+    from sunbeam_mitsuba.sweep.limits import BSDF_ONLY, SOURCE, SURFACE
 
     rows = re.findall(
         r"^\| ((?:`[a-z_]+`(?:, )?)+) \|", Path(REPOSITORY / "docs" / "plugin.md").read_text("utf-8"), re.M
     )
-    assert {name for row in rows for name in re.findall(r"`([a-z_]+)`", row)} == {*SOURCE, *SURFACE, *SCENE}
+    assert {name for row in rows for name in re.findall(r"`([a-z_]+)`", row)} == {*SOURCE, *SURFACE, *BSDF_ONLY}
 
 
 def test_workers_follow_from_memory(sweep_package):

@@ -1,4 +1,4 @@
-"""Times a call of the BSDFs in ns per question, and `roughconductor`'s, on large wavefronts of random questions.
+"""Times calls of the plugin's BSDFs and of `roughconductor` in ns per question, on large wavefronts of questions.
 
 A question is one set of arguments of a call: directions, wavelengths and random numbers. A wavefront is an array of
 questions that one kernel answers. docs/figures/bsdf_calls.py has the materials and the timing.

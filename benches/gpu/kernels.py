@@ -27,11 +27,11 @@ COUNT = 300
 # structure round differently.
 ROUNDING = 1e-5
 # Parameters with which tables are built in a second or two.
-PLAIN = {"conserve_energy": False, "tolerance": 0.01}
+QUICK = {"conserve_energy": False, "tolerance": 0.01}
 # The surface whose coherence length, in µm, changes.
-CHANGED = {"preset": "blazed", "coherence_length": 6.0, **PLAIN}
+CHANGED = {"preset": "blazed", "coherence_length": 6.0, **QUICK}
 # Another relief than that of CHANGED.
-OTHER = {"preset": "sinusoidal", "coherence_length": 10.0, **PLAIN}
+OTHER = {"preset": "sinusoidal", "coherence_length": 10.0, **QUICK}
 # Eight surfaces of two reliefs, which have three coherence lengths in all. Their tables, materials, pigments and
 # rotations make them trace different code.
 EIGHT = (

@@ -29,9 +29,9 @@ def frame(plan: Plan, folder: Path, method: str, size: tuple[int, int]) -> dict:
     """Draws `plan.frames` frames of the snake and returns their times in ms.
 
     `stages_ms` has the median time of each stage of a frame, `ms` is their sum, and `clock` the source of the times.
-    `lit_pixels` is the number of pixels that show sunlit skin, and `submissions` that of GPU submissions which shade
-    them. `data_mb` is the size of the method's data. `reached`: whether `ms` is at most AIM_MS. `passed` needs a time
-    above 0, measured on the software adapter in a dry run and on a GPU otherwise.
+    `lit_pixels` is the number of pixels that show sunlit skin, and `submissions` the number of GPU submissions that
+    shade them. `data_mb` is the size of the method's data. `reached` tells whether `ms` is at most AIM_MS. `passed`
+    needs a time above 0, measured on the software adapter in a dry run and on a GPU otherwise.
     """
     picture = folder / "frame.exr"
     arguments = ["render", "-o", picture, "--adapter", plan.adapter, "--method", method]

@@ -43,8 +43,8 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 @cache
-def made(variant: str, name: str, turned_deg: float) -> mi.BSDF:
-    """The BSDF, cached; `turned_deg` is its rotation."""
+def rotated_bsdf(variant: str, name: str, turned_deg: float) -> mi.BSDF:
+    """The BSDF of a surface with its relief rotated by `turned_deg`, cached."""
     use(variant)
     width = {} if mi.is_spectral else WIDE
     return mi.load_dict({"type": "diffraction", **surface(name), **width, "rotation": turned_deg})
@@ -62,7 +62,7 @@ def chi_square(variant: str, name: str, angles_deg: tuple, turned_deg: float = 0
     `angles_deg` are those of the incident light.
     """
     use(variant)
-    bsdf, other = made(variant, name, 0.0), made(variant, name, turned_deg)
+    bsdf, other = rotated_bsdf(variant, name, 0.0), rotated_bsdf(variant, name, turned_deg)
     return bsdf_test(bsdf, direction(*angles_deg), pdf_of=other, sample_count=SAMPLES)
 
 

@@ -98,13 +98,13 @@ def environment(name: str, folder: Path, data: Path | None) -> dict[str, str]:
     return {**os.environ, **given, **empty}
 
 
-def run_with_limit(command: list[str], environment: dict[str, str], log: Path, limit_s: float) -> int | None:
-    """Runs a process with a time limit and its standard error in the file `log`.
+def run_with_limit(command: list[str], variables: dict[str, str], log: Path, limit_s: float) -> int | None:
+    """Runs a process with these environment variables, a time limit, and its standard error in the file `log`.
 
     Returns the exit status: negative after a signal, `None` at the limit. Ends the process's children in every case.
     """
     with log.open("wb") as stderr:
-        process = subprocess.Popen(command, env=environment, cwd=REPOSITORY, stderr=stderr, start_new_session=True)
+        process = subprocess.Popen(command, env=variables, cwd=REPOSITORY, stderr=stderr, start_new_session=True)
         try:
             return process.wait(timeout=limit_s)
         except subprocess.TimeoutExpired:

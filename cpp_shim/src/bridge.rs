@@ -6,7 +6,7 @@
 //!   red, green, blue and luminance in linear sRGB.
 //! - The *interface's factor* is the Fresnel reflectance or the small-slope factor (docs/model.md#the-reflectance).
 //! - The *coherence length* is the width in µm over which light interferes. *Scale* and *depth* are the sizes of the
-//!   pattern and of the heights relative to the given relief, in (0, 1].
+//!   pattern and of the heights relative to the given relief, in [1e-3, 1].
 //! - `wi`, `wo`, `from` and `to` are unit vectors that point away from the surface, in the relief's frame: z is the
 //!   normal, x the relief's x.
 //! - Values are `f_r` in 1/sr, without the cosine. They are zero if a direction is below a surface that does not

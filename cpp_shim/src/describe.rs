@@ -6,8 +6,8 @@ use sunbeam::config::{Source, SurfaceConfig, Theory};
 use sunbeam::grating::GratingSurface;
 use sunbeam::lobe::{ColourSurface, SurfaceReport};
 
-/// The parameters of a surface. Those of the relief and its body are left out where they have their default; those of
-/// scalar theory, after the semicolon, are not.
+/// The parameters of a surface. Those of the relief and its body are left out where they have their defaults. Those
+/// after the semicolon are always there.
 pub(crate) fn config(config: &SurfaceConfig) -> String {
     let source = match config.source() {
         Source::Preset(preset) => {

@@ -52,14 +52,14 @@ class CutOut:
         return float(np.sqrt(np.mean(self.shift_um[inside(self.period_um, self.pixel_um)] ** 2)))
 
 
-def cut_out(skin: dict, axis: str) -> CutOut:
-    """The cut-out of a skin, with the waves of its dominant period along `axis`, "x" or "y".
+def cut_out(surface: dict, axis: str) -> CutOut:
+    """The cut-out of a surface, with the waves of its dominant period along `axis`, "x" or "y".
 
-    `skin` has parameters of the plugin `diffraction`. Its rotation is ignored, since axes are those of the relief. A
+    `surface` has parameters of the plugin `diffraction`. Its rotation is ignored, since axes are those of the relief. A
     scan is used as a whole, a preset is cropped to a square at its origin with the edge EDGE_UM.
     """
-    arguments = surface_words({name: value for name, value in skin.items() if name != "rotation"})
-    is_scan = "filename" in skin
+    arguments = surface_words({name: value for name, value in surface.items() if name != "rotation"})
+    is_scan = "filename" in surface
     if not is_scan:
         arguments += ["--crop", f"0,0,{EDGE_UM},{EDGE_UM}", "--tiling", "aperiodic"]
     heights_um, report = height_field(*arguments)

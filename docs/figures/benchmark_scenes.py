@@ -1,7 +1,7 @@
 """Scenes for measurements of the cost of the plugin's BSDF `diffraction`, with Mitsuba's `roughconductor` beside it.
 
 Lengths are in cm, and z is up. Radiances are factors on Mitsuba's `d65`. Places, sizes and radiances without a comment
-are free, since all materials are measured in the same scenes.
+are arbitrary, since all materials are measured in the same scenes.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ all are methods of `sunbeam brdf-map` (docs/realtime.md).
 - *Skin*: the surface of a snake, of the species Elaphe or Xenopeltis, as a measured scan and as a procedural preset.
 - *Terms*: those of the series of the phase screen in powers or Chebyshev polynomials of the heights
   (docs/model.md#the-two-expansions).
+- *Partial sums*: those of every fourth term of the series in powers, Taylor's (taylor_sums.py).
 """
 
 from __future__ import annotations

@@ -86,7 +86,7 @@ def call_ns(materials: dict[str, mi.BSDF], call: str, wavefront: int | None = No
     """
     programs, elements = {}, {}
     for name, bsdf in materials.items():
-        programs[name] = partial(answer, bsdf, call)
+        programs[name] = partial(reduced_result, bsdf, call)
         if wavefront is None:
             # The smaller of two times: other programs only make kernels slower.
             few = Inputs(FEWEST)
@@ -140,7 +140,7 @@ class Inputs:
         dr.sync_thread()
 
 
-def answer(bsdf: mi.BSDF, call: str, inputs: Inputs) -> mi.Float:
+def reduced_result(bsdf: mi.BSDF, call: str, inputs: Inputs) -> mi.Float:
     """Calls the BSDF; returns a number per element that depends on all results, so that none is optimised away."""
     ctx = mi.BSDFContext()
     if call == "eval":

@@ -40,24 +40,23 @@ class Card:
     def call_ns(self, kind: str, material: str, call: str) -> float | None:
         """Nanoseconds per evaluation by one call of the BSDF, as in bsdf_calls.py."""
         row = self._row("calls", kind=kind, call=call)
-        # None without a row, and for a material without a measurement.
-        return row and row["ns"].get(material)
+        return None if row is None else row["ns"].get(material)
 
     def render_ratio(self, kind: str, scene: str, material: str) -> float | None:
         """Wall-clock time of a render over that of the scene with Mitsuba's `roughconductor`."""
         row = self._row("renders", kind=kind, scene=scene)
-        ratio = row and row.get("ratio", {}).get(material)
-        return ratio and ratio["wall"]
+        ratio = None if row is None else row.get("ratio", {}).get(material)
+        return None if ratio is None else ratio["wall"]
 
     def frame_ms(self, method: str, width: int, height: int) -> float | None:
         """Milliseconds of a frame of the realtime renderer, for all its stages; sizes in pixels."""
         row = self._row("realtime", method=method, size=[width, height])
-        return row and row["ms"]
+        return None if row is None else row["ms"]
 
     def shading_us(self, method: str, width: int, height: int) -> float | None:
         """Microseconds of evaluating the method per sunlit pixel of the mesh in a frame; sizes in pixels."""
         row = self._row("realtime", method=method, size=[width, height])
-        return row and 1e3 * row["stages_ms"]["shade"] / row["lit_pixels"]
+        return None if row is None else 1e3 * row["stages_ms"]["shade"] / row["lit_pixels"]
 
 
 def read(file: Path = FILE) -> Card:

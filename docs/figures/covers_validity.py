@@ -88,9 +88,9 @@ class Compared:
     #: The judge's powers with the transmittances of each polarisation state, s and p.
     by_states: np.ndarray
     #: Misplaced power of SCALAR under the cover, against `by_means`.
-    covered: float
+    misplaced_covered: float
     #: Misplaced power of SCALAR without the cover, against EXACT.
-    bare: float
+    misplaced_bare: float
 
 
 def compared(answer: Judged) -> Compared:
@@ -103,8 +103,8 @@ def compared(answer: Judged) -> Compared:
         exact=covers.powers(answer, EXACT),
         by_means=by_means,
         by_states=covers.through_states(answer),
-        covered=misplaced_fraction(scalar, by_means),
-        bare=misplaced_fraction(bare[SCALAR], bare[EXACT]),
+        misplaced_covered=misplaced_fraction(scalar, by_means),
+        misplaced_bare=misplaced_fraction(bare[SCALAR], bare[EXACT]),
     )
 
 
@@ -141,8 +141,8 @@ def by_span(made: list[Compared]) -> list[dict]:
             spans = [
                 {
                     "settings": len(chosen),
-                    "bare": float(np.mean([each.bare for each in chosen])),
-                    "covered": float(np.mean([each.covered for each in chosen])),
+                    "bare": float(np.mean([each.misplaced_bare for each in chosen])),
+                    "covered": float(np.mean([each.misplaced_covered for each in chosen])),
                 }
                 for chosen in in_spans(group)
             ]

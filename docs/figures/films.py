@@ -140,7 +140,7 @@ def measured_lines() -> list[dict]:
     return rows
 
 
-def off_of_single_line() -> float:
+def single_line_error_cm() -> float:
     """Largest distance in cm of the first orders of DRAWN from their expected positions."""
     x_cm, brightness = profile(single_line(SPECTROMETER_VIEW))
     expected_cm = [position_cm(order, *DRAWN) for order in (-1, 1)]
@@ -234,7 +234,7 @@ def figures() -> dict:
         "pixel_cm": PIXEL_CM,
         "screen_cm": SCREEN_CM,
         "period_um": PERIOD_UM,
-        "drawn": {"order_1_cm": position_cm(1, *DRAWN), "off_cm": off_of_single_line()},
+        "drawn": {"order_1_cm": position_cm(1, *DRAWN), "off_cm": single_line_error_cm()},
         "angles_deg": list(FURNACE_ANGLES_DEG),
         "furnace": rows,
     }

@@ -180,12 +180,12 @@ def sinusoidal() -> dict:
         "screen_most": float(max(screen)),
         "screen_most_ratio": float(ratios[int(np.argmax(screen))]),
         "shallow_most": {key: max(shallow[key]) for key in ("te", "tm")},
-        "rayleigh": from_rayleigh(rayleigh_depth, curves[str(rayleigh_depth)]["perfect"]),
+        "rayleigh": rayleigh_difference(rayleigh_depth, curves[str(rayleigh_depth)]["perfect"]),
         "rayleigh_slope": float(np.pi * rayleigh_depth),
     }
 
 
-def from_rayleigh(depth: float, curve: dict) -> float:
+def rayleigh_difference(depth: float, curve: dict) -> float:
     """Largest difference between `curve` and Rayleigh's expansion, in TE and TM.
 
     `curve` is that of a perfectly conducting sinusoid of this depth in a Littrow mount.

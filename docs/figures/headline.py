@@ -110,12 +110,12 @@ def cell_lines(made: dict) -> list[str]:
     heads = f"{'s':>10}{'/ rough':>9}{'by cpu':>9}{'error':>9}{'s to aim':>11}{'/ rough':>9}{'rounds':>8}"
     found.append(f"{'scene':8}{'variant':18}{'material':16}{heads}")
     for cell in made["cells"]:
-        for way in cell["ways"]:
+        for row in cell["ways"]:
             found.append(
-                f"{cell['scene']:8}{cell['variant']:18}{way['name']:16}{way['seconds']:10.3g}"
-                f"{way['time_ratio']['median']:9.2f}{way['cpu_ratio']['median']:9.2f}"
-                f"{way['error']:9.1%}{way['seconds_to_error']:11.3g}"
-                f"{way['error_time_ratio']:9.3g}{cell['rounds']:8}"
+                f"{cell['scene']:8}{cell['variant']:18}{row['name']:16}{row['seconds']:10.3g}"
+                f"{row['time_ratio']['median']:9.2f}{row['cpu_ratio']['median']:9.2f}"
+                f"{row['error']:9.1%}{row['seconds_to_error']:11.3g}"
+                f"{row['error_time_ratio']:9.3g}{cell['rounds']:8}"
             )
     return found
 

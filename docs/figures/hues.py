@@ -53,7 +53,7 @@ def cast(pixels: np.ndarray) -> dict:
     return {"a": float(colours[:, 1].mean()), "b": float(colours[:, 2].mean())}
 
 
-def of_blue(reference: np.ndarray, pixels: np.ndarray) -> dict:
+def blue_means(reference: np.ndarray, pixels: np.ndarray) -> dict:
     """Mean a* and b* of the `pixels` that are coloured and blue in the reference, and the hue of that mean.
 
     Both arguments are linear pixels (n, 3) of the same scene. `count` is the number of blue pixels; at 0 the means are

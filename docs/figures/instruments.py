@@ -171,12 +171,12 @@ def compared(sample: Sample, work: Path) -> dict:
         "format": sample.format,
         "pixels": list(relief.heights_um.shape[::-1]),
         "holes": relief.holes,
-        "native": beside_native(sample, work),
-        "gwyddion": beside_gwyddion(sample, work),
+        "native": against_native(sample, work),
+        "gwyddion": against_gwyddion(sample, work),
     }
 
 
-def beside_native(sample: Sample, work: Path) -> dict | None:
+def against_native(sample: Sample, work: Path) -> dict | None:
     """Differences from the native reader; `None` for formats without one, and for text that it refuses."""
     if sample.format not in NATIVE:
         return None
@@ -194,7 +194,7 @@ def beside_native(sample: Sample, work: Path) -> dict | None:
     return differences(sample.reading.relief, np.load(out), pixel_um)
 
 
-def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
+def against_gwyddion(sample: Sample, work: Path) -> dict | None:
     """Differences from Gwyddion's heights, or from their mirror image along y if `mirrored`.
 
     Gwyddion's file may have several channels. Those in metres with the relief's size are compared, each as it is and

@@ -173,12 +173,12 @@ def period(parameters: dict, axis: str) -> dict:
     return json.loads(sunbeam("height-field", *surface_words(relief)))["periods"][axis]
 
 
-def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
+def measured(sample: Sample, bsdf: mi.BSDF, period_um: float) -> list[dict]:
     """A row for each order and wavelength whose spot is on the screen.
 
-    The argument `spacing_um` is the period of the heights. In a row `expected_mm` and `expected_deg` are the spot's x
-    and θo by the grating equation for this period. `measured_mm` and `measured_deg` are those of the picture, and
-    `spacing_um` is the period that the grating equation gives for the measured θo.
+    `period_um` is the period of the heights. In a row `expected_mm` and `expected_deg` are the spot's x and θo by the
+    grating equation for this period. `measured_mm` and `measured_deg` are those of the picture, and `spacing_um` is the
+    period that the grating equation gives for the measured θo.
     """
     distance_mm = sample.bench.distance_mm
     bench = replace(sample.bench, pixels_per_mm=MEASURED_PIXELS / distance_mm, height_mm=MEASURED_HEIGHT * distance_mm)
@@ -187,10 +187,10 @@ def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
     for seed, wavelength_nm in enumerate(WAVELENGTHS_NM):
         picture = photograph(bsdf, bench, line(wavelength_nm), MEASURED_PATHS, seed=seed)
         for order in sample.orders:
-            found_mm = spot_mm(bench, picture, spacing_um, order, wavelength_nm, sample.window_per_um)
+            found_mm = spot_mm(bench, picture, period_um, order, wavelength_nm, sample.window_per_um)
             if found_mm is None:
                 continue
-            expected_mm = bench.position_mm(spacing_um, order, wavelength_nm)
+            expected_mm = bench.position_mm(period_um, order, wavelength_nm)
             theta_o_deg = float(bench.angle_deg(found_mm))
             # sin θo + sin θi = jλ/d.
             sines = math.sin(math.radians(theta_o_deg)) + math.sin(math.radians(bench.theta_i_deg))
@@ -208,10 +208,10 @@ def measured(sample: Sample, bsdf: mi.BSDF, spacing_um: float) -> list[dict]:
     return rows
 
 
-def write_photograph(sample: Sample, bsdf: mi.BSDF, spacing_um: float, path: Path) -> None:
+def write_photograph(sample: Sample, bsdf: mi.BSDF, period_um: float, path: Path) -> None:
     """Writes a picture of the screen in white light to `path`, with marks of three wavelengths at each marked order.
 
-    The marks are at the positions by the grating equation for the period `spacing_um`.
+    The marks are at the positions by the grating equation for the period `period_um` of the heights.
     """
     bench = sample.bench
     pixels = photograph(bsdf, bench, {"type": "d65"}, PICTURE_PATHS).astype(np.float32)
@@ -231,7 +231,7 @@ def write_photograph(sample: Sample, bsdf: mi.BSDF, spacing_um: float, path: Pat
     for order in sample.marked:
         marked_mm = []
         for wavelength_nm, colour in MARK_COLOURS.items():
-            x_mm = bench.position_mm(spacing_um, order, wavelength_nm)
+            x_mm = bench.position_mm(period_um, order, wavelength_nm)
             if x_mm is None or abs(x_mm) > 0.5 * bench.width_mm:
                 continue
             marked_mm.append(x_mm)
@@ -256,9 +256,9 @@ def figures() -> dict:
         key = json.dumps(sample.parameters)
         if key not in bsdfs:
             bsdfs[key] = mi.load_dict({"type": "diffraction", **sample.parameters})
-        spacing_um = period(sample.parameters, sample.axis)["period_um"]
-        write_photograph(sample, bsdfs[key], spacing_um, folder / f"{sample.name}.jpg")
-        summaries.append(summary(sample, spacing_um, measured(sample, bsdfs[key], spacing_um)))
+        period_um = period(sample.parameters, sample.axis)["period_um"]
+        write_photograph(sample, bsdfs[key], period_um, folder / f"{sample.name}.jpg")
+        summaries.append(summary(sample, period_um, measured(sample, bsdfs[key], period_um)))
         print(f"{sample.name}: within {summaries[-1]['worst_mm']:.2f} mm", flush=True)
     return {
         "distance_mm": SKIN_BENCH.distance_mm,
@@ -277,7 +277,7 @@ def figures() -> dict:
     }
 
 
-def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
+def summary(sample: Sample, period_um: float, spots: list[dict]) -> dict:
     """The sample's `spots`, which are rows of `measured`, and their distances from the grating equation.
 
     There must be at least one spot. With the wrong period, too, each spot must reach the screen's plane.
@@ -292,7 +292,7 @@ def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
     off_mm = [abs(spot["measured_mm"] - spot["expected_mm"]) for spot in spots]
     wrong_mm = []
     for spot in spots:
-        moved_mm = sample.bench.position_mm(WRONG_PERIOD * spacing_um, spot["order"], spot["wavelength_nm"])
+        moved_mm = sample.bench.position_mm(WRONG_PERIOD * period_um, spot["order"], spot["wavelength_nm"])
         wrong_mm.append(abs(moved_mm - spot["expected_mm"]))
     by_order = []
     for order in sorted({spot["order"] for spot in spots}):
@@ -304,9 +304,9 @@ def summary(sample: Sample, spacing_um: float, spots: list[dict]) -> dict:
         "is_scan": sample.is_scan,
         "is_drawn": sample.bench in (DRAWN, DRAWN_FROM_LEFT),
         "theta_i_deg": sample.bench.theta_i_deg,
-        "spacing_um": spacing_um,
+        "spacing_um": period_um,
         # Longest wavelength whose first order lies between the mirror-reflected beam and the horizon on its far side.
-        "horizon_nm": 1e3 * spacing_um * (1 - math.sin(math.radians(abs(sample.bench.theta_i_deg)))),
+        "horizon_nm": 1e3 * period_um * (1 - math.sin(math.radians(abs(sample.bench.theta_i_deg)))),
         "measured_spacing_um": float(np.mean([spot["spacing_um"] for spot in spots])),
         "by_order": by_order,
         "spots": spots,

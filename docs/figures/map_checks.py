@@ -137,7 +137,8 @@ def white_spot(maps: Maps, panels: list[Panel]) -> dict:
         if name:
             exposure = maps.drawn(panel.arguments()).exposure
             # The default exposure clips the brightest 1 % of the pixels that are not black. A thousandth of it clips
-            # none unless a peak is a thousand times as bright. The division by the largest value brightens the map.
+            # none unless the peak is a thousand times as bright as the dimmest of these. The division by the largest
+            # value brightens the map.
             linear = decoded(maps.drawn(panel.arguments(), exposure / 1000).png)
             linear /= linear.max()
             # A pixel's side is 2/size. The radius is reduced by half a side, so that pixels are inside as a whole.

@@ -113,7 +113,7 @@ def figures() -> dict:
             "rows": [preset_row(grating, method, found[grating, method]) for grating, method in THEIRS],
             "repeated": {method: evaluation.row() for method, evaluation in repeated.items()},
             "rounding_nm2": rounding_nm2(found["blazed", "flss"]),
-            "repeats": {grating: repeats(reliefs[grating], counts) for grating, counts in REPEATS.items()},
+            "repeats": {preset: repeats(preset, counts) for preset, counts in REPEATS.items()},
             "regions": regions,
             **(relief_sizes() if measured else {"sizes": []}),
         }
@@ -232,8 +232,8 @@ def preset_row(grating: str, method: str, found: Evaluation) -> dict:
     }
 
 
-def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
-    """Spacings by PQ of the preset `blazed` or `elaphe`, a row for each number of repeats of the tile.
+def repeats(preset: str, counts: tuple[int, ...]) -> dict:
+    """Spacings by PQ of a preset, `blazed` or `elaphe`: a row for each number of repeats of its tile.
 
     - `coherent_um`: the length of the repeated tile.
     - `order`: the length of one tile over the mean spacing, a whole number if the peak is on an order of the tile.
@@ -241,18 +241,17 @@ def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
 
     Raises SetupError unless one tile of `elaphe` peaks midway between orders, to a tenth of an order, as the page says.
     """
-    # The tile of the preset `blazed` is one period.
-    blazed = relief.name == "blazed"
-    tile = Relief(relief.name, ("--preset", relief.name), relief.angles_deg)
-    extent_um = BLAZED_NM / 1000 if blazed else ELAPHE_TILE_UM
+    tile = Relief(preset, ("--preset", preset), ANGLES_DEG[preset])
+    # The tile of `blazed` is one period.
+    extent_um = BLAZED_NM / 1000 if preset == "blazed" else ELAPHE_TILE_UM
     rows = []
     for count in counts:
         found = evaluate(tile, "--method", "pq", "--repeats", f"{count},1")
         coherent_um, order = count * extent_um, 1000 * extent_um / found.report["mean_nm"]
         rows.append({"repeats": count, "coherent_um": coherent_um, "order": order, **found.row()})
-    if not blazed and abs(rows[0]["order"] % 1 - 0.5) > 0.1:
+    if preset == "elaphe" and abs(rows[0]["order"] % 1 - 0.5) > 0.1:
         raise SetupError(f"PQ of one tile does not peak midway between orders: {rows[0]}")
-    nearest = min(rows, key=lambda row: abs(np.log(row["variance_nm2"] / THEIRS[relief.name, "pq"][1])))
+    nearest = min(rows, key=lambda row: abs(np.log(row["variance_nm2"] / THEIRS[preset, "pq"][1])))
     return {"rows": rows, "nearest": nearest["repeats"]}
 
 

@@ -37,7 +37,7 @@ from .appearance import greyed, mean_chroma, mean_delta_e, read_exr
 from .marks import box, compass, inset, light_cone
 from .page import images
 from .relief_plots import relief, show_relief, show_term
-from .studio import RESOLUTION, SPP, SUN, Sheet, Shot, Studio, both, draw
+from .studio import RESOLUTION, SPP, SUN, Sheet, Shot, Studio, draw, with_path_traced
 
 PART = "renderings"
 # Rays along each side of a pixel on the GPU; one, as in a fragment shader.
@@ -130,7 +130,8 @@ def gratings(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
     # Scans and the blazed grating come first.
     ordered = sorted(skins, key=lambda name: ("preset" in name, panel(name)))
     shots = [bare(skins[name], f"{panel(name)} {skins[name].label}") for name in ordered]
-    sheet = draw(Sheet("gratings", "Diffraction of three surfaces", "2.14", both(shots)), studio, folder, VIEW.width)
+    rows = with_path_traced(shots)
+    sheet = draw(Sheet("gratings", "Diffraction of three surfaces", "2.14", rows), studio, folder, VIEW.width)
     chroma = {}
     for name, shot in zip(ordered, shots):
         mask = studio.mask(shot)
@@ -173,7 +174,7 @@ def elaphe(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
     skin = scan_or_preset(skins, "elaphe")
     alone = bare(skin, "(a) diffraction alone")
     final = replace(alone, caption="(b) over the pigment", pigment=True)
-    sheet = draw(Sheet("elaphe", "Elaphe", "2.15", both([alone, final])), studio, folder, VIEW.width)
+    sheet = draw(Sheet("elaphe", "Elaphe", "2.15", with_path_traced([alone, final])), studio, folder, VIEW.width)
     mask = studio.mask(alone)
     # Light adds up, so the difference of both pictures is the light that the pigment reflects.
     pigment = linear(studio, final) - linear(studio, alone)
@@ -240,7 +241,7 @@ def closer(studio: Studio, skins: dict[str, Skin], folder: Path) -> dict:
         )
         for deg in angles_deg
     ]
-    sheet = draw(Sheet("closer", "Closer", "2.17", both(shots)), studio, folder, VIEW.width)
+    sheet = draw(Sheet("closer", "Closer", "2.17", with_path_traced(shots)), studio, folder, VIEW.width)
     zooms = [
         {"fov_deg": deg, "chroma": mean_chroma(linear(studio, shot), studio.mask(shot))}
         for deg, shot in zip(angles_deg, shots)

@@ -312,7 +312,7 @@ def nmm(studio: Studio, folder: Path) -> list[dict]:
         reference = row[0].pixels[lit]
         for drawn in row:
             pixels = drawn.pixels[lit]
-            blue = hues.of_blue(reference, pixels)
+            blue = hues.blue_means(reference, pixels)
             found.append({"caption": drawn.shot.caption, **hues.cast(pixels), "of_blue": blue})
     sheet(rows, studio, folder / "nmm.jpg")
     return found

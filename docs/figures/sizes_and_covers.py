@@ -21,7 +21,7 @@ from mitsuba_scenes.scene import View, raw_texture
 from mitsuba_scenes.skin import preset_skin
 
 from .benchmark_scenes import ALUMINIUM, BenchmarkScene, scenes, sphere_parts
-from .bsdf_calls import FEWEST, RELIEFS, VARIANTS, Inputs, answer
+from .bsdf_calls import FEWEST, RELIEFS, VARIANTS, Inputs, reduced_result
 from .rgb_against_spectral import MATERIALS, RGB, SPECTRAL, difference, halves
 
 # Media by name, as parameters of the plugin.
@@ -104,7 +104,8 @@ def colours(budget_s: float) -> list[dict]:
         for material, optics in MEDIA.items():
             for kind in kinds(mirror=False):
                 scene = ball.with_materials({relief: preset_skin(relief)}, optics)
-                row = {"relief": relief, "material": material, "kind": kind, **of_ball(scene, relief, kind, budget_s)}
+                found = ball_difference(scene, relief, kind, budget_s)
+                row = {"relief": relief, "material": material, "kind": kind, **found}
                 print({key: row[key] for key in ("relief", "material", "kind", "delta_e_mean")}, flush=True)
                 rows.append(row)
     return rows
@@ -121,7 +122,7 @@ def near_ball(bsdf: mi.BSDF, view: View, spp: int) -> dict:
     return {**sphere_parts(bsdf, near, spp), "sensor": sensor}
 
 
-def of_ball(scene: BenchmarkScene, relief: str, kind: str, budget_s: float) -> dict:
+def ball_difference(scene: BenchmarkScene, relief: str, kind: str, budget_s: float) -> dict:
     """The numbers of `difference` over the ball's pixels for one kind of surface; `budget_s` is as in `halves`."""
     pictures = {}
     for variant in (RGB, SPECTRAL):
@@ -193,7 +194,7 @@ def cpu_s(bsdf: mi.BSDF, call: str, inputs: Inputs) -> float:
     """Seconds of CPU of all threads that one call on a wavefront takes."""
     dr.sync_thread()
     start = time.process_time()
-    # `answer` calls the BSDF and returns arrays that are not evaluated yet.
-    dr.eval(answer(bsdf, call, inputs))
+    # `reduced_result` calls the BSDF and returns arrays that are not evaluated yet.
+    dr.eval(reduced_result(bsdf, call, inputs))
     dr.sync_thread()
     return time.process_time() - start

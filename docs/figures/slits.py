@@ -82,8 +82,9 @@ def relative_intensity(slits: Slits, sine, wavelength_nm) -> np.ndarray:
     # has smaller rounding errors at small x.
     x = np.pi * (order - np.round(order))
     array_factor = np.ones_like(x)
-    beside = np.abs(x) > 1e-9
-    array_factor[beside] = np.sin(slits.count * x[beside]) / (slits.count * np.sin(x[beside]))
+    between_orders = np.abs(x) > 1e-9
+    x = x[between_orders]
+    array_factor[between_orders] = np.sin(slits.count * x) / (slits.count * np.sin(x))
     # NumPy's sinc(t) is sin πt / πt.
     return (array_factor * np.sinc(order * slits.width_um / slits.spacing_um)) ** 2
 
@@ -151,7 +152,7 @@ def figures() -> dict:
     folder = images(PART)
     draw_intensity(folder / "intensity.svg")
     centre = draw_colours(folder / "patterns.png")
-    rows = [figures_of(Slits(count)) for count in COUNTS]
+    rows = [table_row(Slits(count)) for count in COUNTS]
     fitted = [row for row in rows if row["count"] >= FITTED_FROM]
     log_count, log_width = (np.log([row[key] for row in fitted]) for key in ("count", "width_mm"))
     exponent = float(np.polyfit(log_count, log_width, 1)[0])
@@ -170,7 +171,7 @@ def figures() -> dict:
     }
 
 
-def figures_of(slits: Slits) -> dict:
+def table_row(slits: Slits) -> dict:
     """A row of the table, at PLOTTED_NM.
 
     - `zero_mm`: the position of the first zero of order 0 on the screen.

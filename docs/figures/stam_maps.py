@@ -50,13 +50,13 @@ class Peaks:
         return np.degrees(np.arcsin(self.sines)).tolist()
 
 
-def brdf_map(folder: Path, skin: dict, size: int, options: dict) -> np.ndarray:
+def brdf_map(folder: Path, surface: dict, size: int, options: dict) -> np.ndarray:
     """The BRDF map of a surface at normal incidence in linear sRGB, (size, size, 3), rows from the top down.
 
-    `skin` has parameters of the plugin, `options` those of the method.
+    `surface` has parameters of the plugin, `options` those of the method.
     """
     exr = folder / "map.exr"
-    sunbeam("brdf-map", "-o", exr, "--size", size, *surface_words({**skin, **options}))
+    sunbeam("brdf-map", "-o", exr, "--size", size, *surface_words({**surface, **options}))
     return read_exr(exr).astype(np.float64)
 
 
@@ -90,12 +90,12 @@ def disc_peaks(folder: Path, spacing_um: float, demo_um: float) -> dict:
     - `gems`: a row for each spacing. `degrees` are the peaks, and `equation_deg` the angles of GEMS_CENTRES_UM by the
       grating equation. `largest_off_deg` is the largest difference from FLSS over the channels.
     """
-    skin = {"preset": "cd"}
-    flss = peaks(brdf_map(folder, skin, PEAKS_SIZE, FLSS), spacing_um, FLSS_RANGE_UM)
+    disc = {"preset": "cd"}
+    flss = peaks(brdf_map(folder, disc, PEAKS_SIZE, FLSS), spacing_um, FLSS_RANGE_UM)
     fitted_um = float(np.mean([centre / sine for centre, sine in zip(GEMS_CENTRES_UM, flss.sines)]))
     rows = []
     for name, um in (("the tracks' own", spacing_um), ("a demonstration's", demo_um), ("fitted", fitted_um)):
-        pixels = brdf_map(folder, skin, PEAKS_SIZE, {**GEMS, "period_um": um})
+        pixels = brdf_map(folder, disc, PEAKS_SIZE, {**GEMS, "period_um": um})
         found_deg = peaks(pixels, um, GEMS_RANGE_UM).degrees
         off_deg = np.subtract(found_deg, flss.degrees)
         rows.append(
@@ -121,10 +121,10 @@ def right_over_left(pixels: np.ndarray) -> float:
     return float(luminance[:, half + 1 :].sum() / luminance[:, :half].sum())
 
 
-def symmetry(folder: Path, skins: dict[str, dict]) -> list[dict]:
+def symmetry(folder: Path, surfaces: dict[str, dict]) -> list[dict]:
     """`right_over_left` of the maps of each surface, by FLSS and by GPU Gems' form."""
     rows = []
-    for title, skin in skins.items():
-        flss, gems = (right_over_left(brdf_map(folder, skin, SYMMETRY_SIZE, options)) for options in (FLSS, GEMS))
+    for title, surface in surfaces.items():
+        flss, gems = (right_over_left(brdf_map(folder, surface, SYMMETRY_SIZE, options)) for options in (FLSS, GEMS))
         rows.append({"title": title, "flss": flss, "gems": gems})
     return rows

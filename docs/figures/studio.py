@@ -102,7 +102,7 @@ class Sheet:
     rows: list[list[Shot]]
 
 
-def both(shots: list[Shot]) -> list[list[Shot]]:
+def with_path_traced(shots: list[Shot]) -> list[list[Shot]]:
     """A row of shots, and below it the same shots path-traced."""
     return [shots, [replace(shot, caption="Mitsuba", method=None) for shot in shots]]
 

@@ -234,18 +234,18 @@ def case_and_table_costs(folder: Path) -> tuple[dict, dict, list[dict]]:
     return parts, small, run_script(TABLE_COSTS, json.dumps(RELIEFS), env=cache)
 
 
-def row(workers: int, run: dict, loop_seconds: float, one: dict) -> dict:
-    """A sweep's `run` with these `workers` against the plain loop over its cases, and against the run `one`, with one.
+def row(workers: int, run: dict, loop_seconds: float, by_one: dict) -> dict:
+    """A sweep's `run` with these `workers` against the plain loop over its cases, and against `by_one`.
 
-    `overhead` is the total time of the workers over the loop's, minus 1. `speed_up` is the time with one worker over
-    that of this run.
+    `by_one` is the run with one worker. `overhead` is the total time of the workers over the loop's, minus 1.
+    `speed_up` is the time with one worker over that of this run.
     """
     return {
         "workers": workers,
         **run,
         "loop_seconds": loop_seconds,
         "overhead": run["seconds"] * workers / loop_seconds - 1,
-        "speed_up": one["seconds"] / run["seconds"],
+        "speed_up": by_one["seconds"] / run["seconds"],
     }
 
 

@@ -75,14 +75,14 @@ def noise(images: np.ndarray) -> dict:
     truth = images.mean(axis=0)
     mask = truth.sum(axis=2) > 0
     # Mean squares over pixels, (n, channels), with the correction.
-    of_channels = [np.mean(relative_deviation(image, truth, mask) ** 2, axis=0) for image in images]
-    of_channels = np.array(of_channels) * n / (n - 1)
+    channel_squares = [np.mean(relative_deviation(image, truth, mask) ** 2, axis=0) for image in images]
+    channel_squares = np.array(channel_squares) * n / (n - 1)
     # Mean squares over pixels and channels, (n,).
-    of_pictures = of_channels.mean(axis=1)
-    error = float(np.sqrt(of_pictures.mean()))
+    picture_squares = channel_squares.mean(axis=1)
+    error = float(np.sqrt(picture_squares.mean()))
     # The standard error of a root √q is that of q over twice the root, since d√q = dq/(2√q).
-    error_std = float(np.std(of_pictures, ddof=1) / math.sqrt(n) / (2 * error)) if error > 0 else 0.0
-    channel_errors = np.sqrt(of_channels.mean(axis=0)).tolist()
+    error_std = float(np.std(picture_squares, ddof=1) / math.sqrt(n) / (2 * error)) if error > 0 else 0.0
+    channel_errors = np.sqrt(channel_squares.mean(axis=0)).tolist()
     return {"error": error, "error_std": error_std, "channel_errors": channel_errors}
 
 
@@ -150,14 +150,14 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
     bsdfs = {name: mi.load_dict(bsdf) for name, bsdf in scene.bsdfs().items()}
     scenes = {name: scene.load(bsdf, SIZES[0]) for name, bsdf in bsdfs.items()}
     compiled = not variant.startswith("scalar")
-    # Seconds of one material's picture.
+    # Longest time of one picture at which ROUNDS_AIM rounds, each a picture per material, fit into the budget.
     limit_s = budget_s / len(scenes) / ROUNDS_AIM
     sizes = {
         name: fitting_size(lambda size, name=name: seconds_at(scenes[name], size, compiled), limit_s) for name in scenes
     }
     # Each scene keeps the size that was tried last, which is the chosen one.
     runs = timed_rounds(scenes, budget_s)
-    pictures = {name: [run.image for run in of_material] for name, of_material in runs.items()}
+    pictures = {name: [run.image for run in renders] for name, renders in runs.items()}
     # Materials with larger pictures are rendered again at the smallest size, for their errors.
     for name, size in sizes.items():
         if size != SIZES[0]:
@@ -218,11 +218,11 @@ def material_rows(runs: dict[str, list[Render]], pictures: dict[str, list[np.nda
       `cpu_ratio` has those of CPU seconds, which other programs hardly affect.
     """
     wall, cpu, found = {}, {}, []
-    for name, of_material in runs.items():
-        height, width = of_material[0].image.shape[:2]
+    for name, renders in runs.items():
+        height, width = renders[0].image.shape[:2]
         scale = NOMINAL_PIXELS / (width * height)
-        wall[name] = {"renders_s": [run.seconds * scale for run in of_material]}
-        cpu[name] = {"renders_s": [run.cpu_s * scale for run in of_material]}
+        wall[name] = {"renders_s": [run.seconds * scale for run in renders]}
+        cpu[name] = {"renders_s": [run.cpu_s * scale for run in renders]}
         seconds = float(np.median(wall[name]["renders_s"]))
         errors = noise(np.array(pictures[name]))
         found.append(

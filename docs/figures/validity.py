@@ -185,6 +185,7 @@ def figures() -> dict:
     - `largest_sum`: the largest sum of a model's efficiencies over the orders, in any light on any of CASES.
     - `sweeps`, `rules`: the result of `all_sweeps`, and the `limits` of these sweeps.
     - `energy`, `flat`: errors of the rigorous solver, in the power balance and on a mirror.
+    - `limiting`: the result of `sums_with_energy_conservation`.
     - `lights`: the number of all lights on CASES.
     """
     folder = images(PART)
@@ -229,7 +230,7 @@ def figures() -> dict:
             "slope": limits(swept["slope"]),
             "away": limits(swept["facets_away"]),
             "facing": limits(swept["facets_facing"]),
-            "period": {kind: limits(of_kind, falling=True) for kind, of_kind in swept["period"].items()},
+            "period": {kind: limits(kind_sweep, falling=True) for kind, kind_sweep in swept["period"].items()},
         },
         "mean_nm": mean_nm,
         "sweeps": swept,

@@ -127,9 +127,9 @@ def _is_smooth(seen: np.ndarray, distance: np.ndarray, normal: np.ndarray) -> np
     return out
 
 
-def radiance(bsdf: mi.BSDF, at: Points, quadrature: Quadrature) -> np.ndarray:
+def radiance(bsdf: mi.BSDF, points: Points, quadrature: Quadrature) -> np.ndarray:
     """Linear sRGB, (height, width, 3), of the lit points, black elsewhere. Requires a spectral variant."""
-    wi, wo = at.to_camera[at.lit], at.to_sun[at.lit]
+    wi, wo = points.to_camera[points.lit], points.to_sun[points.lit]
     all_nm = quadrature.wavelengths_nm
     colour = np.zeros((len(wi), 3))
     for first in range(0, len(all_nm), WAVELENGTHS_PER_CALL):
@@ -137,18 +137,19 @@ def radiance(bsdf: mi.BSDF, at: Points, quadrature: Quadrature) -> np.ndarray:
         # `resize` fills the last batch by repetition; the values of the repeated wavelengths are dropped.
         values = _values(bsdf, wi, wo, np.resize(nm, WAVELENGTHS_PER_CALL))[:, : len(nm)]
         colour += math.pi * values @ quadrature.weights[first : first + WAVELENGTHS_PER_CALL]
-    return _picture(at, colour)
+    return _picture(points, colour)
 
 
-def colours(bsdf: mi.BSDF, at: Points) -> np.ndarray:
+def colours(bsdf: mi.BSDF, points: Points) -> np.ndarray:
     """Linear sRGB as from `radiance`, in an RGB variant, whose BSDF has integrated over the spectrum already."""
-    return _picture(at, math.pi * _values(bsdf, at.to_camera[at.lit], at.to_sun[at.lit], np.empty(0)))
+    wi, wo = points.to_camera[points.lit], points.to_sun[points.lit]
+    return _picture(points, math.pi * _values(bsdf, wi, wo, np.empty(0)))
 
 
-def _picture(at: Points, colour: np.ndarray) -> np.ndarray:
+def _picture(points: Points, colour: np.ndarray) -> np.ndarray:
     """A black picture with the colours, (lit points, 3), at the pixels of the lit points."""
-    picture = np.zeros((*at.lit.shape, 3))
-    picture[at.lit] = colour
+    picture = np.zeros((*points.lit.shape, 3))
+    picture[points.lit] = colour
     return picture
 
 
@@ -175,7 +176,7 @@ def _values(bsdf: mi.BSDF, wi: np.ndarray, wo: np.ndarray, nm: np.ndarray) -> np
     return np.array(bsdf.eval(ctx, si, mi.Vector3f(np.ascontiguousarray(wo.T)))).T
 
 
-def mirrored(at: Points, rotation_deg: float) -> Points:
+def mirrored(points: Points, rotation_deg: float) -> Points:
     """The points with both directions mirrored at the plane x = 0 of a relief with this rotation: a negative control.
 
     The sign of u changes, the x component of wi + wo, as if the relief were h(−x, y).
@@ -188,4 +189,4 @@ def mirrored(at: Points, rotation_deg: float) -> Points:
         """Unit vectors (height, width, 3) with the sign of their component along the relief's x axis changed."""
         return (directions - 2 * (directions @ x_axis)[..., None] * x_axis).astype(directions.dtype)
 
-    return replace(at, to_camera=reflected(at.to_camera), to_sun=reflected(at.to_sun))
+    return replace(points, to_camera=reflected(points.to_camera), to_sun=reflected(points.to_sun))

@@ -91,7 +91,7 @@ def text(found: dict) -> str:
 
 def lines(found: dict) -> list[str]:
     """The result of `check` as lines of text: the comparison, then its negative controls."""
-    controls = [f"  {name}: {text(of_control)}" for name, of_control in found["controls"].items()]
+    controls = [f"  {name}: {text(control)}" for name, control in found["controls"].items()]
     return [f"  {text(found)}", *controls]
 
 
@@ -102,7 +102,7 @@ def failures(name: str, found: dict) -> list[str]:
     """
     wrong = [] if found["holds"] else [f"{name}: the pictures differ, {text(found)}"]
     return wrong + [
-        f"{name}: the control “{control}” was not noticed in the picture, {text(of_control)}"
-        for control, of_control in found["controls"].items()
-        if of_control["holds"]
+        f"{name}: the control “{control_name}” was not noticed in the picture, {text(control)}"
+        for control_name, control in found["controls"].items()
+        if control["holds"]
     ]

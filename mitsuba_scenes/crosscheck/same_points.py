@@ -87,7 +87,7 @@ def lines(found: list[dict]) -> list[str]:
     """The result of `check`, one line of text for each light."""
     printed = []
     for figures in found:
-        controls = ", ".join(f"{name} {of_control['median']:.1e}" for name, of_control in figures["controls"].items())
+        controls = ", ".join(f"{name} {control['median']:.1e}" for name, control in figures["controls"].items())
         printed.append(f"  sun at {figures['light']['azimuth_deg']:g}°: {figures['text']}; medians of {controls}")
     return printed
 
@@ -103,8 +103,8 @@ def failures(name: str, found: list[dict]) -> list[str]:
         if not figures["holds"]:
             wrong.append(f"{name}, {light}: the same points differ, {figures['text']}")
         wrong += [
-            f"{name}, {light}: the control “{control}” was not noticed, {of_control['text']}"
-            for control, of_control in figures["controls"].items()
-            if of_control["holds"]
+            f"{name}, {light}: the control “{control_name}” was not noticed, {control['text']}"
+            for control_name, control in figures["controls"].items()
+            if control["holds"]
         ]
     return wrong

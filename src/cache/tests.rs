@@ -118,19 +118,19 @@ fn damaged_foreign_and_misnamed_entries_are_rebuilt() {
         wrong.push((format!("byte {at}"), bytes));
         wrong.push((format!("cut at {at}"), whole[..at].to_vec()));
     }
-    for (what, bytes) in wrong {
+    for (damage, bytes) in wrong {
         fs::write(&path, bytes).unwrap();
         let (surface, origin) = cache.surface(&field, &options, &Progress::none()).unwrap();
-        assert_eq!(origin, Origin::Kept, "{what}");
+        assert_eq!(origin, Origin::Kept, "{damage}");
         // The reports differ by the time of building.
-        assert!(surface.table().words() == first.table().words(), "{what}");
+        assert!(surface.table().words() == first.table().words(), "{damage}");
         assert_eq!(
             cache.surface(&field, &options, &Progress::none()).unwrap().1,
             Origin::Read,
-            "{what} was not replaced"
+            "{damage} was not replaced"
         );
     }
-    // Contents that agree with their hash but are no tables.
+    // A valid magic and key, then contents that agree with their hash but are no tables.
     let key = Key::of_surface(&field, &options);
     let mut forged = whole[..16 + 32].to_vec();
     forged.extend_from_slice(blake3::hash(b"short").as_bytes());
@@ -149,7 +149,7 @@ fn least_recently_used_entries_are_removed_first_and_other_files_stay() {
     // Bytes of the entry of a period; `None` without an entry.
     let size = |cache: &Cache, period: f64| {
         let key = Key::of_surface(&field(period), &options);
-        fs::metadata(cache.folder().unwrap().join(key.file_name())).map(|facts| facts.len()).ok()
+        fs::metadata(cache.folder().unwrap().join(key.file_name())).map(|metadata| metadata.len()).ok()
     };
     for period in [2.0, 2.1, 2.2] {
         ample.surface(&field(period), &options, &Progress::none()).unwrap();

@@ -73,8 +73,9 @@ impl RingPlan {
     }
 
     /// Values of w of the [`RingPlan::w_count`] samples, ascending: one at each knot, and one more inside the first and
-    /// the last interval. The sample of knot 0 is moved up by a tenth of an interval, since the
-    /// scaled colour of `fit.rs` may be 0/0 at w = 0.
+    /// the last interval. The sample of knot 0 is moved up by a tenth of an interval, since the scaled colour of
+    /// `fit.rs` may be 0/0 at w = 0. The additional samples are about halfway between their neighbours. Closer to one,
+    /// the fit would amplify rounding more.
     pub(super) fn sampled_w(&self) -> Vec<f64> {
         let last = self.intervals as f64;
         let mut positions: Vec<f64> = (0..=self.intervals).map(|i| i as f64).collect();

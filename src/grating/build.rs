@@ -100,6 +100,7 @@ impl EfficiencyTable {
             let solved_nm: Vec<f64> = solved_at.iter().map(|&j| nm[j]).collect();
             let tolerance = table_resolution.tolerance;
             let mut cell = Cell::solve(s, solver, &solved_nm, tolerance, &mut count_index, &mut solved)?;
+            // Interpolates to the wavelengths in between.
             for matrices in &mut cell.matrices {
                 *matrices = at_all_wavelengths(&solved_at, std::mem::take(matrices));
             }

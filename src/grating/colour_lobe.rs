@@ -1,6 +1,6 @@
 //! The lobe of a grating in linear sRGB, for renderers that carry colours instead of wavelengths.
 //!
-//! Each channel is the lobe at wavelengths (`lobe.rs`), integrated over λ with the channel's weight:
+//! Each component of the colour is the lobe at wavelengths (`lobe.rs`), integrated over λ with the component's weight:
 //!
 //! ```text
 //! f_r = ∫ Σ_m e_m K(νq − f_m)/λ² weight(λ) dλ
@@ -24,7 +24,7 @@
 //! For all ν, the frequencies νq of a pair of directions form a line through the origin, and
 //! `|νq − f_m|²/σ² = b_m² + (ν − ν_m)²/τ²`. Only orders with ν_m in or near the visible range contribute. Order 0 has
 //! ν_m = 0 and no wavelength of its own. In place of e_0 stands the *colour* of order 0's efficiency: a mean over the
-//! visible wavelengths for each channel, tabulated over directions.
+//! visible wavelengths for each component, tabulated over directions.
 //!
 //! A *channel* of a table is an order on one side of the relief. In a medium of index n below the relief, a direction's
 //! components enter q times n, and f_r has the factor n² of the medium of `wo`; `lobe.rs` gives the reason. Each order
@@ -183,8 +183,8 @@ impl<N: Numbers> GratingColourLobe<N> {
                 let efficiency = view.entry(&view.row(&channels, incident, nm, counts), outgoing, counts);
                 let power = efficiency * gauss;
                 let colour = self.spectral_weights(nu_m, tau, counts).map(|weight| weight * power);
-                let order = OrderColour { channels: &channels, pair: [incident, outgoing], nm, colour };
-                let terms = quantity(order, counts);
+                let at_order = OrderColour { channels: &channels, pair: [incident, outgoing], nm, colour };
+                let terms = quantity(at_order, counts);
                 (n + real(1.0), array::from_fn(|i| sum[i] + N::Real::select(counts, terms[i], zero)))
             },
         );
@@ -294,8 +294,8 @@ impl<N: Numbers> GratingColourLobe<N> {
         let (from_below, to_below) = (wi[2].lt(zero), wo[2].lt(zero));
         let reflected =
             N::Index::select(from_below, table(OrderZero::ReflectedBelow), table(OrderZero::ReflectedAbove));
-        // The table of transmitted light follows the sign of the direction above the relief: with the sign of
-        // `(w above − w below)/2`, which is −x where `wo` lies below.
+        // The tables of transmitted light are for either sign of (w_above − w_below)/2, the x component of the moved
+        // direction above the relief. It is x where `wo` lies above, and −x where `wo` lies below.
         let across = N::Real::select(to_below, -x, x);
         let [negative, positive] = [OrderZero::TransmittedNegative, OrderZero::TransmittedPositive].map(table);
         let transmitted = N::Index::select(across.lt(zero), negative, positive);

@@ -390,9 +390,9 @@ fn interpolated<N: Numbers>(
         N::gather::<4>(words, packet, active).map(N::from_bits)
     };
     let (a, b, c, d) = (at(0, 0), at(0, 1), at(1, 0), at(1, 1));
-    array::from_fn(|channel| {
-        let low = lerp(a[channel], b[channel], to_next_j);
-        let high = lerp(c[channel], d[channel], to_next_j);
+    array::from_fn(|component| {
+        let low = lerp(a[component], b[component], to_next_j);
+        let high = lerp(c[component], d[component], to_next_j);
         lerp(low, high, to_next_i)
     })
 }

@@ -68,7 +68,7 @@ impl InterfaceCell {
     /// other end.
     pub(super) fn opposite(self, number: usize) -> usize {
         let [above, below] = self.side_counts();
-        if number < above { above - 1 - number } else { above + (above + below - 1 - number) }
+        if number < above { above - 1 - number } else { above + (below - 1 - (number - above)) }
     }
 
     /// t, or tm in a cell of the medium, and Bloch phase b at the fractional parts p of `t − a` and q of `t + a`.

@@ -68,17 +68,18 @@ impl InterfacePlan {
         // Largest bound of |a| at wavelength j. In cells of the air it is t = d/λ, at ky = 0; in cells of the medium
         // tm = √(n² − 1)·d/λ, at |ky| = k.
         let factor_in_medium = (eta * eta - 1.0).sqrt();
-        let largest = |j: usize, in_air: bool| 1e3 * period_um / nm[j] * if in_air { 1.0 } else { factor_in_medium };
+        let largest_bound =
+            |j: usize, in_air: bool| 1e3 * period_um / nm[j] * if in_air { 1.0 } else { factor_in_medium };
         // Whether wavelength j has the cell of this index: s = ⌊t − a⌋ + ⌊t + a⌋ is at most 2t. Look-ups interpolate
         // between two wavelengths, so a wavelength has all cells of the next shorter one, which has more.
         let has_cell =
-            |j: usize, in_air: bool, index: i32| index <= (2.0 * largest(j.saturating_sub(1), in_air)) as i32;
+            |j: usize, in_air: bool, index: i32| index <= (2.0 * largest_bound(j.saturating_sub(1), in_air)) as i32;
         // Number of orders that may propagate in the medium alone, at either end of those that propagate in the air:
         // tm − t, rounded up, with tm² = t² + (n² − 1)(d/λ)². The difference is largest at the cell's smallest t, s/2,
-        // and at the shortest wavelength. `largest(0, false)` is the root of the second term.
+        // and at the shortest wavelength. `largest_bound(0, false)` is the root of the second term.
         let further_orders = |index: i32| {
             let t = 0.5 * f64::from(index.max(0));
-            let tm = t.hypot(largest(0, false));
+            let tm = t.hypot(largest_bound(0, false));
             (tm - t).ceil() as u32
         };
         let mut cells = Vec::new();
@@ -220,7 +221,7 @@ impl<T: Copy + Default + Send + Sync> SolvedCell<T> {
             .collect();
         // The factor 4 puts neighbours at the same wavelength first: the other two distances add up to at most 2.
         neighbours.sort_by_key(|at| 4 * at[0].abs_diff(j) + at[1].abs_diff(high) + at[2].abs_diff(low));
-        let nearest = |entry: usize| {
+        let own_or_near = |entry: usize| {
             let is_mirror = entry / self.channels() == entry % self.channels();
             let neighbour = || neighbours.iter().find_map(|&at| self.value(at, entry));
             self.value([j, high, low], entry).or_else(|| Some(beyond(neighbour()?, is_mirror))).unwrap_or_default()
@@ -229,7 +230,8 @@ impl<T: Copy + Default + Send + Sync> SolvedCell<T> {
         // each other's reverse, the second follows from the first.
         let value = |entry: usize| {
             let reversed = self.reversed(entry);
-            if i < k || i == k && reversed < entry { (self.transposed)(nearest(reversed)) } else { nearest(entry) }
+            let is_reversed = i < k || i == k && reversed < entry;
+            if is_reversed { (self.transposed)(own_or_near(reversed)) } else { own_or_near(entry) }
         };
         (0..self.channels().pow(2)).map(value).collect()
     }
@@ -323,15 +325,15 @@ pub(super) fn efficiency_error(
     let errors = incidences
         .par_iter()
         .map(|&([nm, x, y], from_below)| {
-            let index_of = |below: bool| if below { solver.eta } else { 1.0 };
+            let refractive_index = |below: bool| if below { solver.eta } else { 1.0 };
             let periods = 1e3 * period_um / nm;
             // ky/k is beyond ±1 for some light from below. `periods` is d/λ.
-            let (ky_over_k, a) = (index_of(from_below) * y, index_of(from_below) * x * periods);
+            let (ky_over_k, a) = (refractive_index(from_below) * y, refractive_index(from_below) * x * periods);
             let channels = view.channels(&view.bounds(periods, ky_over_k), a, active);
             let (incident, _) = channels.of_order(0.0, from_below);
             let in_air = ky_over_k.abs() < 1.0;
             // t where ky propagates in the air, else tm.
-            let bound = periods * (index_of(!in_air).powi(2) - ky_over_k * ky_over_k).sqrt();
+            let bound = periods * (refractive_index(!in_air).powi(2) - ky_over_k * ky_over_k).sqrt();
             let solutions = solver.solve(in_air, (bound, a), &[nm])?;
             let row = view.row(&channels, incident, nm, active);
             let from = Channel { side: side(from_below), order: 0 };

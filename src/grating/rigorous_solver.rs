@@ -203,19 +203,19 @@ impl<'a> RigorousSolver<'a> {
 
     /// Error of the power balance times the largest cosine of incidence at `t`, accepted up to [`IMBALANCE_MAX`].
     fn imbalance(&self, amplitudes: &Amplitudes, t: f64, nm: f64) -> f64 {
-        amplitudes.balance_error() * self.kappa_over_k(t, nm).min(1.0)
+        amplitudes.balance_error() * self.largest_cosine(t, nm).min(1.0)
     }
 
-    /// Ratio of κ, the wave number in the xz plane, to k, at `t` and a wavelength in nm: `κ/k = tλ/d = √(1 − ky²/k²)`.
-    /// It is the largest cosine of incidence, and exceeds 1 for imaginary ky.
-    fn kappa_over_k(&self, t: f64, nm: f64) -> f64 {
+    /// Largest cosine of incidence at `t` and a wavelength in nm, that of light with kx = 0: `tλ/d = √(1 − ky²/k²)`.
+    /// Exceeds 1 for imaginary ky.
+    fn largest_cosine(&self, t: f64, nm: f64) -> f64 {
         t / (1e3 * self.meshes.profile.period_um() / nm)
     }
 
     /// `ky²/k² = 1 − (tλ/d)²`; negative where ky is imaginary.
     fn ky_squared_ratio(&self, t: f64, nm: f64) -> f64 {
-        let ratio = self.kappa_over_k(t, nm);
-        (1.0 - ratio) * (1.0 + ratio)
+        let cosine = self.largest_cosine(t, nm);
+        (1.0 - cosine) * (1.0 + cosine)
     }
 }
 

@@ -207,11 +207,9 @@ fn pixel_weights(taper: &[f64], pixel_um: f64, f: f64, s: f64) -> (Vec<Complex64
 
 /// `Σ summands[iy][ix] · weights_x[ix] · weights_y[iy]`.
 fn separable_sum(summands: &[Complex64], weights_x: &[Complex64], weights_y: &[Complex64]) -> Complex64 {
-    summands
-        .chunks(weights_x.len())
-        .zip(weights_y)
-        .map(|(row, weight_y)| weight_y * row.iter().zip(weights_x).map(|(d, w)| d * w).sum::<Complex64>())
-        .sum()
+    let row_sum =
+        |row: &[Complex64]| row.iter().zip(weights_x).map(|(summand, weight)| summand * weight).sum::<Complex64>();
+    summands.chunks(weights_x.len()).zip(weights_y).map(|(row, weight_y)| weight_y * row_sum(row)).sum()
 }
 
 /// Autocorrelation A of the tapered screen `t exp(iκh)`, times the number of grid points: the inverse transform of its

@@ -90,10 +90,11 @@ pub trait Lobe<N: Numbers, C: Copy> {
         (self.eval(wi, wo, carried, active), self.pdf(wi, wo, carried, active))
     }
 
-    /// A direction `wo` from three random numbers in [0, 1); the zero vector where the drawn wave vector is longer
-    /// along the surface than that of any direction. The first number makes the discrete choices: the side of a
-    /// transparent body, a uniform direction or one of the lobe's own, a wavelength, and the order of a grating by
-    /// Maxwell's equations. The others yield the direction.
+    /// A direction `wo` from three random numbers in [0, 1); the zero vector where the drawn wave vector has no
+    /// direction, because its part along the surface is longer than the wave vector of light.
+    ///
+    /// The first number makes the discrete choices: the side of a transparent body, a uniform direction or one of the
+    /// lobe's own, a wavelength, and the order of a grating by Maxwell's equations. The others yield the direction.
     fn sample(&self, wi: [N::Real; 3], carried: C, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 

@@ -52,9 +52,8 @@ impl<N: Numbers, T: PerWavelength<N>, const L: usize> Lobe<N, [N::Real; L]> for 
     fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], nm: [N::Real; L], active: N::Mask) -> [N::Real; L] {
         let active = active & self.accepts(wi) & self.accepts(wo);
         let pair = self.pair(wi, wo);
-        // `map_each` calls the closure for each wavelength in turn. For each of the closure's results, here one,
-        // it returns an array over the wavelengths. The string labels the loop in kernels of
-        // traced variables.
+        // `map_each` calls the closure for each wavelength in turn. For each of the closure's results, here one, it
+        // returns an array over the wavelengths. The string labels the loop in kernels of traced variables.
         let [values] = N::map_each(c"wavelengths", nm, active, |nm| [self.value(&pair, nm, active)]);
         values
     }

@@ -229,8 +229,8 @@ impl Surface {
     }
 
     /// Albedo `∫ f_r cosθo dωo` over the upper hemisphere, after the division that conserves energy. The integral is a
-    /// sum over the nodes of the table, and errs by 0.2 %, or 1 % on a relief one pixel wide. The small-slope factor is
-    /// included, the Fresnel reflectance is not. `None` for a patch and for a transparent body.
+    /// sum over the nodes of the table, and errs by 0.2 %, or 1 % on a relief of one row of pixels. The small-slope
+    /// factor is included, the Fresnel reflectance is not. `None` for a patch and for a transparent body.
     pub fn albedo(&self, wi: Vec3, wavelength_nm: f64) -> Option<f64> {
         if self.options.body.is_some() {
             return None;

@@ -8,16 +8,17 @@
 // (A - 1)·cos²θ is tabulated on a square grid, uniform over the stretched direction
 //     (x, y) = w.xy/√((1 + √cosθ)(1 + cosθ)), each in [-1, 1].
 // This maps the hemisphere to the unit disc with dense nodes near the horizon, since x² + y² = 1 - √cosθ. A cell is the
-// square between four nodes. Each of several wavelengths has such a grid, a plane.
+// square between four nodes. Each of several wavelengths has such a grid, a plane. A gap is the interval of wavelengths
+// between two neighbouring planes.
 
-// Four words for each [side of a film][gap between planes][cell], with two corners of the cell in each word: those of
-// the lower y and of the upper y on the lower plane, then those on the upper plane (`in_cell`).
+// Four words for each [side of a film][gap][cell]. A word has two corners of the cell. The words are: lower y and upper
+// y on the lower plane, lower y and upper y on the upper plane (`in_cell`).
 @group(1) @binding(2) var<storage, read> albedos: array<u32>;
 
 // Place of a direction in the grid.
 struct GridPlace {
-    // Index of the cell in the lowest gap between planes, [row along y][column along x]. film.wgsl adds the cells of a
-    // side to it for directions below.
+    // Index of the cell in the lowest gap, [row along y][column along x]. film.wgsl adds the cells of a side to it for
+    // directions below.
     cell: u32,
     // Position in the cell along x and y, 0 to 1.
     fraction: vec2<f32>,

@@ -1,8 +1,9 @@
-//! The method `table` of a film, which reflects and transmits: the colour table of the relief, magnified n times
-//! in pattern and heights (n: refractive index), times the film's angular factor F (scattering/transparent.rs).
+//! The method `table` of a film, which reflects and transmits.
 //!
-//! Where energy is conserved, the product is divided by tabulated albedos (src/energy). The shader consists of
-//! table.wgsl, transparent.wgsl, albedo.wgsl and film.wgsl.
+//! The answer is a colour table times the film's angular factor F (scattering/transparent.rs). The table is that of the
+//! relief magnified n times in pattern and heights, with the film's refractive index n. Where energy is conserved, the
+//! product is divided by tabulated albedos (src/energy). The shader consists of table.wgsl, transparent.wgsl,
+//! albedo.wgsl and film.wgsl.
 
 use super::table::table_shader;
 use super::{AnswerKind, Method, MethodShader};

@@ -1,12 +1,13 @@
-// Scattering function of a film of the refractive index n: the colour table of the relief magnified n times, times the
-// factor of transparent.wgsl, divided by max(A(wi), A(wo)) where energy is conserved. Compiled after transparent.wgsl
-// and albedo.wgsl. Counterpart of `TransmissiveColourLobe` in src/lobe/transmissive.rs, with the same arithmetic.
+// Scattering function of a film of the refractive index n. It is the colour table of the relief magnified n times,
+// multiplied by the factor of transparent.wgsl. Where energy is conserved, it is divided by max(A(wi), A(wo)). Compiled
+// after transparent.wgsl and albedo.wgsl. Counterpart of `TransmissiveColourLobe` in src/lobe/transmissive.rs, with the
+// same arithmetic.
 //
 // A of a direction is about its albedo, but at least 1 (albedo.wgsl). The albedo of a film is the fraction of the light
 // that it reflects or transmits. The table of albedos has a second side, for directions below the film: those of the
 // wave in the film's medium. table.wgsl declares the uniform struct `table`.
 
-// Place of a direction in the table, in the lowest gap between planes of its side. The first side is that of directions
+// Place of a direction in the table, in the lowest gap of its side (albedo.wgsl). The first side is that of directions
 // above the relief, the second that of directions below.
 fn place_at_body(w: vec3<f32>) -> GridPlace {
     let n = table.body_eta;

@@ -27,9 +27,9 @@ pub(super) struct GratingUniform {
     /// Nodes along each side of a cell.
     pub nodes: u32,
     /// Highest order that propagates at any incidence and wavelength.
-    pub orders: f32,
+    pub order_max: f32,
     /// Index of the first packet of order 0's colours. A packet is four words: red, green, blue, and zero.
-    pub order_zero: u32,
+    pub order_zero_start: u32,
     /// Period d in µm.
     pub period_um: f32,
     /// Frequency of order 1, 1/d, in cycles/µm.
@@ -60,15 +60,15 @@ impl Method for GratingColourSurface {
     fn shader(&self) -> MethodShader<'_> {
         let layout = self.grating().layout();
         let [efficiencies, colours] = self.words();
-        let (packets, order_zero) = self.tables().packets(colours);
+        let (packets, order_zero_start) = self.tables().packets(colours);
         let uniform = GratingUniform {
             first_nm: layout.efficiencies.first_nm as f32,
             steps_per_nm: (1.0 / layout.efficiencies.step_nm) as f32,
             wavelengths: layout.efficiencies.wavelengths,
             cells: layout.efficiencies.cells,
             nodes: layout.efficiencies.nodes,
-            orders: self.tables().orders as f32,
-            order_zero,
+            order_max: self.tables().orders as f32,
+            order_zero_start,
             period_um: layout.period_um as f32,
             spacing_per_um: (1.0 / layout.period_um) as f32,
             sigma_per_um: layout.sigma_per_um as f32,

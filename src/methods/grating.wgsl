@@ -17,11 +17,14 @@
 //     f_r = Σ_m e_m·exp(-b_m²/2)·W(ν_m, τ)/(2πσ²).
 // Order 0 has ν_m = 0 and no wavelength of its own; the colour of its efficiency is a table over directions.
 //
+// The visible range is that of the library's tables, 360 to 830 nm, wider than that of the published methods
+// (common.wgsl).
+//
 // Efficiencies are tabulated over λ, t and a. With y the direction cosine along the grooves, t = νd·√(1 - y²). The wave
 // number of the incident wave along x is a·2π/d. Order m propagates where |a + m| < t. So the lines where t - a or
 // t + a is a whole number divide the (t, a) plane into cells. The same orders propagate throughout a cell. Cells that
-// differ by a whole number in a share an index. Order numbers count the propagating orders from 0, by ascending m.
-// Nodes of a cell lie at fractional parts of t - a (`minus`) and t + a (`plus`).
+// are shifted along a by a whole number have the same index. Order numbers count the propagating orders from 0, by
+// ascending m. Nodes of a cell lie at fractional parts of t - a (`minus`) and t + a (`plus`).
 
 // A test compares the constants below with those of Rust.
 
@@ -60,9 +63,9 @@ struct Grating {
     // Number of nodes along each side of a cell.
     nodes: u32,
     // Highest order that propagates at any incidence and wavelength; a float, since it is compared with floats.
-    orders: f32,
+    order_max: f32,
     // Index in `colours` of the first node of the table of order 0.
-    order_zero: u32,
+    order_zero_start: u32,
     // Period d in µm.
     period_um: f32,
     // Frequency of order 1, 1/d, in cycles/µm.
@@ -195,7 +198,7 @@ fn order_zero(x: f32, y: f32) -> vec3<f32> {
     let squared_length = max(1.0 - y * y, 0.0);
     let squared_cosine = max(1.0 - x * x / max(squared_length, GRATING_DIVISOR_MIN), 0.0);
     let coordinates = sqrt(vec2<f32>(squared_cosine, squared_length));
-    return interpolated_colour(grating.order_zero, vec2<u32>(ORDER_ZERO_NODES), coordinates);
+    return interpolated_colour(grating.order_zero_start, vec2<u32>(ORDER_ZERO_NODES), coordinates);
 }
 
 // The line νq, and the orders whose Gaussians reach its visible part.
@@ -222,10 +225,9 @@ fn line_of(q: vec2<f32>) -> Line {
     let reach = GAUSSIAN_REACH * grating.sigma_per_um;
     let low = (length * (NU_MIDDLE - NU_HALF) - reach) / per_order;
     let high = (length * (NU_MIDDLE + NU_HALF) + reach) / per_order;
-    // Orders beyond ±`most` never propagate. Where the range has no other orders, first exceeds last.
-    let most = grating.orders;
-    let first = clamp(ceil(low), -most, most + 1.0);
-    let last = clamp(floor(high), -most - 1.0, most);
+    // Orders beyond ±order_max never propagate. Where the range has no other orders, first exceeds last.
+    let first = clamp(ceil(low), -grating.order_max, grating.order_max + 1.0);
+    let last = clamp(floor(high), -grating.order_max - 1.0, grating.order_max);
     return Line(length, direction, sign, first, last);
 }
 

@@ -1,4 +1,4 @@
-//! NMM, non-uniform wavelengths (Dhillon et al. 2014): S is evaluated only at the wavelengths at which an order of
+//! NMM (Dhillon et al. 2014): S is evaluated only at the wavelengths at which an order of
 //! light from wi leaves along wo. Sources are listed in docs/model.md#sources.
 //!
 //! `q = wi + wo = (u, v, w)` is the scattering vector, (Lx, Ly) the extent of the tile in µm, and S the power spectrum
@@ -14,13 +14,13 @@
 //! - *unweighted* (Single 2014): `Σ S·W(λ)/N` with `W = weight(λ)/λ²`, scaled to an integral of 1 in each channel. A
 //!   constant `S/λ²` is white, but the factor 1/λ² within each channel shifts hues.
 //!
-//! A wavelength of a list is at the peak of an order, but represents the mean over the order's *cell*, the frequencies
-//! nearer to it than to other orders. Both forms therefore multiply S by the ratio of the mean to the peak
-//! ([`line_width`]).
+//! A wavelength of a list is at the peak of an order. It represents the order's *cell*, the frequencies nearer to this
+//! order than to any other. Both forms therefore multiply S by the ratio of its mean over the cell to its peak
+//! ([`mean_over_peak`]).
 //!
-//! A list is left out, and its span left out of N, where it has no order other than 0: along an axis of one pixel, and
-//! for a span below λmin. Where both lists are left out, around (u, v) = (0, 0), the answer is white with the value at
-//! 550 nm, as in Single 2014.
+//! A list without orders other than 0 is left out, and its span left out of N: along an axis of one pixel, and for a
+//! span below λmin. Both lists are left out around (u, v) = (0, 0). There the answer is white with the value at 550 nm,
+//! as in Single 2014.
 
 use super::colours::{self, Colours, colour_density};
 use super::order_grid::OrderGrid;
@@ -52,8 +52,8 @@ pub(super) const WHITE_UM: f32 = TYPICAL_WAVELENGTH_UM as f32;
 pub(super) struct NmmUniform {
     /// Lattice of the tile's diffraction orders.
     pub grid: OrderGrid,
-    /// [`line_width`] along x and y.
-    pub line_width: [f32; 2],
+    /// [`mean_over_peak`] along x and y.
+    pub mean_over_peak: [f32; 2],
     /// The size of a uniform struct is a multiple of 16 bytes.
     pub _pad: [f32; 2],
 }
@@ -67,8 +67,8 @@ pub struct Nmm {
     colour_orders: Orders,
     /// Density of the colour weights over the wavelength: `weight`, or `W` in the unweighted form.
     colours: Colours,
-    /// [`line_width`] along x and y.
-    line_width: [f32; 2],
+    /// [`mean_over_peak`] along x and y.
+    mean_over_peak: [f32; 2],
 }
 
 impl Nmm {
@@ -86,12 +86,12 @@ impl Nmm {
     ) -> Result<Self, MethodError> {
         let orders = Orders::new(field, coherence_length_um, tolerance, options, progress)?;
         let colours = if options.weighted { colours::density()? } else { colours::density_over_square()? };
-        let line_width = orders.grid.sharpness.map(|sharpness| line_width(sharpness.into()) as f32);
+        let mean_over_peak = orders.grid.sharpness.map(|sharpness| mean_over_peak(sharpness.into()) as f32);
         let colour_orders = match options.neighbourhood {
             Some(_) => orders.clone(),
             None => orders.narrowed(tolerance.max(COLOUR_TOLERANCE_MIN)),
         };
-        Ok(Self { orders, colour_orders, colours, line_width })
+        Ok(Self { orders, colour_orders, colours, mean_over_peak })
     }
 
     /// Numbers of terms and orders that are summed for a colour.
@@ -115,15 +115,15 @@ impl Relief for Nmm {
         if total_um == 0.0 {
             return [self.colour_orders.density_at(q, WHITE_UM) / (WHITE_UM * WHITE_UM); 3];
         }
-        // Wavelengths in µm of the list along an axis, each with the line width.
+        // Wavelengths in µm of the list along an axis, each with the ratio of mean to peak.
         let list = |axis: usize| {
             let first = (span_um[axis] / WAVELENGTH_MAX_UM).ceil() as u32;
             let last = (span_um[axis] / WAVELENGTH_MIN_UM).floor() as u32;
-            (first..=last).map(move |n| (span_um[axis] / n as f32, self.line_width[axis]))
+            (first..=last).map(move |n| (span_um[axis] / n as f32, self.mean_over_peak[axis]))
         };
         let mut rgb = [0.0; 3];
-        self.colour_orders.densities(q, axes().flat_map(list), |um, width, density| {
-            let (weight, colour) = (density * width, colour_density(&self.colours, um));
+        self.colour_orders.densities(q, axes().flat_map(list), |um, ratio, density| {
+            let (weight, colour) = (density * ratio, colour_density(&self.colours, um));
             rgb = [0, 1, 2].map(|c| rgb[c] + weight * colour[c]);
         });
         rgb.map(|value| value / total_um)
@@ -135,7 +135,7 @@ impl Relief for Nmm {
     }
 
     fn relief_shader(&self) -> MethodShader<'_> {
-        let uniform = NmmUniform { grid: self.colour_orders.grid, line_width: self.line_width, _pad: [0.0; 2] };
+        let uniform = NmmUniform { grid: self.colour_orders.grid, mean_over_peak: self.mean_over_peak, _pad: [0.0; 2] };
         MethodShader {
             name: "nmm",
             wgsl: WGSL.to_vec(),
@@ -153,7 +153,7 @@ impl Relief for Nmm {
 ///
 /// g is the power at p, averaged over the positions of the window, if all orders have equal power. The ratio is 1 where
 /// the Gaussians overlap, and the area of one Gaussian where they are separate.
-fn line_width(sharpness: f64) -> f64 {
+fn mean_over_peak(sharpness: f64) -> f64 {
     // The mean of g: the integral of one Gaussian.
     let area = (PI / (2.0 * sharpness)).sqrt();
     // θ(x) = Σ_k exp(−x k²).
@@ -168,12 +168,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn line_width_is_the_mean_over_the_peak() {
+    fn mean_over_peak_matches_direct_sums() {
         for sharpness in [1e-3, 0.3, 0.999, 1.001, 1.2337, 5.0, 800.0] {
             let sum = |p: f64| (-200..=200).map(|k| (-2.0 * sharpness * (p - f64::from(k)).powi(2)).exp()).sum::<f64>();
             let steps = 4000;
             let mean = (0..steps).map(|i| sum((f64::from(i) + 0.5) / f64::from(steps))).sum::<f64>() / f64::from(steps);
-            let found = line_width(sharpness);
+            let found = mean_over_peak(sharpness);
             // Equal steps over a period of a smooth function are exact. For the smallest sharpness the sum over k ends
             // at e^{−80}.
             assert!((found * sum(0.0) / mean - 1.0).abs() < 1e-9, "{sharpness}: {found}");

@@ -1,10 +1,10 @@
-// NMM, non-uniform wavelengths; counterpart of nmm.rs, which derives the formulas. common.wgsl has the range of
+// NMM (Dhillon et al. 2014); counterpart of nmm.rs, which derives the formulas. common.wgsl has the range of
 // wavelengths.
 //
 // The colour is a sum over the wavelengths at which an order of light from wi leaves along wo: a list λ = |u|·Lx/n
 // along x and a list λ = |v|·Ly/n along y, for whole n. Here q = (u, v, w) = wi + wo, and (Lx, Ly) is the extent of the
 // tile in µm. With the spans |u|·Lx and |v|·Ly,
-//     rgb = Σ S(λ)·line_width·density(λ) / (sum of the spans),
+//     rgb = Σ S(λ)·mean_over_peak·density(λ) / (sum of the spans),
 // where S is the power spectrum in µm² (`order_density` in orders.wgsl). density(λ) is the weight of each channel per
 // µm, or in the unweighted form W of nmm.rs (`colour_density` in colours.wgsl). An axis without a list has no span in
 // the sum.
@@ -17,16 +17,16 @@ const WHITE_UM: f32 = 0.55;
 struct Nmm {
     // Lattice of the tile's diffraction orders.
     grid: OrderGrid,
-    // Mean of S over the cell of an order (the frequencies nearest to it), relative to the peak of S at the order;
-    // along x and y (`line_width` in nmm.rs).
-    line_width: vec2<f32>,
+    // Mean of S over the cell of an order (the frequencies nearest to it), divided by the peak of S at the order; along
+    // x and y.
+    mean_over_peak: vec2<f32>,
     _pad: vec2<f32>,
 }
 
 @group(1) @binding(0) var<uniform> nmm: Nmm;
 
-// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr: the share of the wavelengths that
-// belongs to `answer_part` (common.wgsl).
+// The relief's factor of the reflectance for q = wi + wo, linear sRGB in 1/sr: the sum over the wavelengths of the part
+// `answer_part` (common.wgsl).
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) {
         return vec3<f32>();
@@ -50,7 +50,7 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
             let last = u32(floor(span_um[axis] / WAVELENGTH_MIN_UM));
             for (var n = first + answer_part; n <= last; n += answer_parts) {
                 let wavelength_um = span_um[axis] / f32(n);
-                let weight = order_density(nmm.grid, q, wavelength_um) * nmm.line_width[axis];
+                let weight = order_density(nmm.grid, q, wavelength_um) * nmm.mean_over_peak[axis];
                 rgb += weight * colour_density(wavelength_um);
             }
         }

@@ -35,7 +35,7 @@ pub const REPEATS_MAX: u32 = 10_000;
 pub enum MethodKind {
     /// Full lambda spectral sampling: wavelengths in equal steps.
     Flss,
-    /// Non-uniform wavelengths: only those at which an order leaves towards the viewer.
+    /// NMM: only the wavelengths at which an order leaves towards the viewer.
     Nmm,
     /// P×Q: a finite number of repeats of the tile, P along x and Q along y.
     Pq,

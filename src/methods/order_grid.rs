@@ -28,7 +28,8 @@ pub(super) struct OrderGrid {
     /// Orders summed along each axis.
     pub neighbourhood: u32,
     /// Smallest κH, with the phase rate κ in rad/µm, at which every stored term is summed. For each unit of κH below it
-    /// the series needs at least one term less, and one less is summed, up to rounding to [`TERMS_MULTIPLE`]. 0 where
-    /// the options give the number of terms: all are then summed at any κH.
+    /// the series needs at least one term less, and one less is summed. The number is rounded up, in Rust to an even
+    /// one and in the shader to a multiple of [`TERMS_MULTIPLE`]. 0 where the options give the number of terms: all are
+    /// then summed at any κH.
     pub full_terms_kappa_h: f32,
 }

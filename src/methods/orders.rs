@@ -63,7 +63,7 @@ const ROUNDING_BIAS: f32 = 1.5 / f32::EPSILON;
 pub(super) struct Orders {
     /// Lattice of the orders, and the numbers of terms and orders that an evaluation sums.
     pub grid: OrderGrid,
-    /// Number of terms without the zeros that fill the grid's terms up to a multiple.
+    /// Number of terms of the series. `grid.terms` is this number rounded up; the terms beyond it are zeros.
     count: usize,
     /// Pairs of coefficients, `grid.terms / 2` of each order.
     terms: Arc<Vec<[f32; 4]>>,
@@ -81,8 +81,9 @@ pub struct OrderCounts {
 impl Orders {
     /// Computes the orders of `field` for a coherence length in µm, four standard deviations of the window.
     ///
-    /// Unless the options give them, the number of terms and the neighbourhood follow from `tolerance`: the error of an
-    /// amplitude, relative to that of a flat tile, before rounding. `progress` advances with each pair of terms.
+    /// Unless the options give them, the number of terms and the neighbourhood follow from `tolerance`. It bounds the
+    /// error of an amplitude without rounding; order 0 of a flat tile has the amplitude 1. `progress` advances with
+    /// each pair of terms.
     ///
     /// # Errors
     /// [`MethodError`]: arguments beyond their ranges, a relief that is too deep, a neighbourhood that is too wide, or

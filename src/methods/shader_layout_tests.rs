@@ -124,7 +124,7 @@ fn uniforms_have_the_layout_of_the_shaders() {
         let module = module(method);
         let (name, expected): (_, Layout) = match kind {
             MethodKind::Flss => ("Flss", layout!(FlssUniform, grid, wavelengths, _pad0, _pad1, _pad2)),
-            MethodKind::Nmm => ("Nmm", layout!(NmmUniform, grid, line_width, _pad)),
+            MethodKind::Nmm => ("Nmm", layout!(NmmUniform, grid, mean_over_peak, _pad)),
             MethodKind::Pq => ("Pq", layout!(PqUniform, grid, repeats, wavelengths, _pad)),
             MethodKind::Stam if method.answers() == AnswerKind::Reflectance => {
                 ("StamGems", layout!(StamGemsUniform, highlight, sharpness, period_um, _pad0, _pad1, _pad2))
@@ -140,8 +140,8 @@ fn uniforms_have_the_layout_of_the_shaders() {
                     wavelengths,
                     cells,
                     nodes,
-                    orders,
-                    order_zero,
+                    order_max,
+                    order_zero_start,
                     period_um,
                     spacing_per_um,
                     sigma_per_um,

@@ -10,9 +10,9 @@
 //! `1 − (4(y − c))²` with c = 0.75, 0.5, 0.25, so the centres are (1 + c)/2 and the half width is 1/8.)
 //!
 //! The chapter writes this colour to the pixel. The colour contains no Fresnel factor, obliquity factor or cosine, and
-//! is not scaled to the incident light. The answer is the whole reflectance `f_r`, the colour over `π cosθi`. Under a
-//! light of irradiance π at perpendicular incidence, which gives a white diffuse surface the radiance 1, a picture then
-//! shows the colour itself, at any angle of incidence θi.
+//! is not scaled to the incident light. The answer is the whole reflectance `f_r`, the colour over `π cosθi`, where θi
+//! is the angle of incidence. A light whose irradiance on a perpendicular plane is π gives a white diffuse surface that
+//! faces it the radiance 1. Under this light a picture shows the colour itself at any θi.
 
 use super::stam::spacing_um;
 use super::{AnswerKind, DIVISOR_MIN, Method, MethodError, MethodOptions, MethodShader, is_query, sum};

@@ -98,8 +98,7 @@ impl State for LaneMask {
     }
 }
 
-/// Implements [`State`] for numbers by value: they are computed at once, and a tracer, which records variables to
-/// generate a program from them (mod.rs), has none to record. Its names of loops are not needed either.
+/// Implements [`State`] for numbers by value, none of which is a variable of Dr.Jit (mod.rs).
 macro_rules! states {
     ($($t:ty)+) => {$(
         impl State for $t {

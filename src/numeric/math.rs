@@ -148,8 +148,7 @@ mod tests {
 
     #[test]
     fn four_sines_and_cosines_match_scalar() {
-        // Two units in the last place of 1. Phases κh, with κ ≤ 4π/(360 nm), are below 10⁷ for depths h
-        // up to 0.28 m.
+        // Two units in the last place of 1. Phases κh, with κ ≤ 4π/(360 nm), are below 10⁷ for depths h up to 0.28 m.
         const ROUNDING: f64 = 2.0 * f64::EPSILON;
         for scale in [1e-9, 1.0, 1e3, 1e7] {
             for i in 0..1000 {

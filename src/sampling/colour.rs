@@ -225,10 +225,10 @@ impl<N: Numbers> ColourSamplerView<N> {
         })
     }
 
-    /// The square of half side `reach` about the incident tangential vector, widened to whole blocks, its weighted mass
-    /// in each slice, and the sum of these masses.
+    /// Square of half side `reach` about the incident tangential vector, which contains all outgoing directions. It is
+    /// widened to whole blocks. Also returns its weighted mass in each slice, and the sum of these masses.
     #[inline(always)]
-    fn square(&self, passage: &Passage<N>, active: N::Mask) -> (Rectangle<N>, [N::Real; BANDS], N::Real) {
+    fn outgoing_square(&self, passage: &Passage<N>, active: N::Mask) -> (Rectangle<N>, [N::Real; BANDS], N::Real) {
         let areas = self.areas();
         let low = passage.tangential.map(|k| self.position(k - passage.reach));
         let high = passage.tangential.map(|k| self.position(k + passage.reach));
@@ -261,7 +261,7 @@ impl<N: Numbers> ColourSamplerView<N> {
     #[inline(always)]
     pub(crate) fn density(&self, passage: &Passage<N>, outgoing: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
-        let (rectangle, _, total) = self.square(passage, active);
+        let (rectangle, _, total) = self.outgoing_square(passage, active);
         // In double precision: a position in single precision has few digits left after the number of its node, too few
         // where the density falls to zero between two nodes.
         let position = [0, 1].map(|axis| {
@@ -287,7 +287,7 @@ impl<N: Numbers> ColourSamplerView<N> {
     #[inline(always)]
     pub(crate) fn draw(&self, passage: &Passage<N>, random: [N::Real; 2], active: N::Mask) -> ([N::Real; 2], N::Mask) {
         let lit = N::Real::lit;
-        let (rectangle, masses, total) = self.square(passage, active);
+        let (rectangle, masses, total) = self.outgoing_square(passage, active);
         let has_mass = active & lit(0.0).lt(total);
         // The masses of the slices in turn fill an interval from 0 to the total. The slice that contains the target is
         // the last one with a mass that starts at or before the target. If rounding takes the target to the total,

@@ -30,10 +30,11 @@
 //! In [`SquareView`], masses are whole *counts* times a unit of mass per band (`summed_area`). Densities are zero, and
 //! directions not drawn, where the mask `active` is false. A *reach* is a bound: of a [`LatticeAxis`] on node numbers,
 //! of a [`SquareAxis`] on offsets in nodes, and of [`SquareLayout`] and [`Passage`] on outgoing direction cosines. A
-//! [`Passage`] has the incident wave vector in units of 2π/λ, and `typical_w`, the sum cosθi + cosθo at an outgoing
-//! angle chosen for the incidence, which gives its typical κ. A [`Reading`] has the wavelengths for f and for κ. `N`
-//! is a family of numbers (`src/numeric`): an
-//! `N::Real` is one number, a SIMD vector or a traced variable, and `lit` makes a constant.
+//! [`Passage`] has the incident wave vector in units of 2π/λ. Its `typical_w` is the sum cosθi + cosθo at an outgoing
+//! angle chosen for the incidence; it gives the typical κ. A [`Reading`] has the wavelengths for f and for κ.
+//!
+//! `N` is a family of numbers (`src/numeric`): an `N::Real` is one number, a SIMD vector or a traced variable, and
+//! `lit` makes a constant.
 
 use super::node_power;
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
@@ -151,9 +152,10 @@ fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f3
         .into_par_iter()
         .map(|(jx, jy, record)| {
             let f = [jx as f64 / lattice.x.period_um, jy as f64 / lattice.y.period_um];
-            let means = match table.is_resolved(f) {
-                true => node_means(table, record, f[0] * f[0] + f[1] * f[1], curves.chunks(points), obliquity),
-                false => [0.0; BANDS],
+            let means = if table.is_resolved(f) {
+                node_means(table, record, f[0] * f[0] + f[1] * f[1], curves.chunks(points), obliquity)
+            } else {
+                [0.0; BANDS]
             };
             ([jx, jy], means)
         })

@@ -17,8 +17,8 @@ use rayon::prelude::*;
 pub(super) fn tent_weights(sigma: f64) -> Vec<f32> {
     /// Midpoints per node of the integral. Chosen: with 64, weights change by up to 1.5e-3, and the build takes longer.
     const STEPS: usize = 16;
-    /// Number of gradient steps. Chosen: from the 21st on, no weight changes by more than 1e-7. The many others take
-    /// outer weights that tend to zero below [`NEGLIGIBLE_WEIGHT`], where they are dropped.
+    /// Number of gradient steps. Chosen: from the 21st on, no weight changes by more than 1e-7. The further steps take
+    /// those outer weights that tend to zero below [`NEGLIGIBLE_WEIGHT`], so that they are dropped.
     const ROUNDS: usize = 300;
     /// Weight below which an outer tent is dropped. Weights of the minimum are above 1e-8; others fall towards zero.
     const NEGLIGIBLE_WEIGHT: f64 = 1e-12;

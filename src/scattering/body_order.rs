@@ -3,8 +3,9 @@
 //!
 //! ```text
 //! n          refractive index of the body, which lies below the relief; air above has the index 1
-//! K          wave vector of a direction in units of 2π/λ, the wave number in vacuum: away from the relief, of length 1
-//!            above and n below (within a film, even if the direction is that of the light in the air behind the film)
+//! λ          wavelength in vacuum
+//! K          wave vector of a direction, away from the relief, in units of 2π/λ. Its length is 1 above and n below.
+//!            For a direction in the air behind a film it is the wave vector within the film
 //! Ki, Ko     K of the incident and the outgoing direction: incident light travels along −Ki
 //! w          component of Ki + Ko along the relief's normal z, which points into the air
 //! κ          phase rate 2π|w|/λ in rad per µm of height
@@ -12,8 +13,8 @@
 //! ```
 //!
 //! A pair of directions belongs to order m where the tangential part of `Ki + Ko` is m·λ/d along x. If w is negative,
-//! the whole vector is negated, and m is that of the negated vector: the amplitude at −κ and order m is the complex
-//! conjugate of that at κ and order −m. The fraction of the incident power of unpolarised light in the order is
+//! the whole vector is negated first. This leaves powers unchanged: the amplitude at −κ of order m is the complex
+//! conjugate of that at κ of order −m. The fraction of the incident power of unpolarised light in the order is
 //! `|c_m(κ)|²` times [`BodyOrder::unpolarised`].
 
 use super::{BodyWave, TransparentBody, TransparentPair, Vec3};
@@ -29,7 +30,7 @@ pub struct BodyOrder {
     /// `powers` contain 1/w², and the bound keeps them finite where w vanishes.
     pub normal: f64,
     /// Factors on `|c_m|²` that give the power in an order, as a fraction of the incident power in one polarisation
-    /// state: for ss, sp, ps and pp, where the first letter is the outgoing state and the second the incident one.
+    /// state. They are those of ss, sp, ps and pp; the first letter is the outgoing state, the second the incident one.
     pub powers: [f64; 4],
 }
 

@@ -122,9 +122,9 @@ impl Options {
         }
     }
 
-    /// Obliquity factor in the density of samplers. Samplers replace the small-slope factor Q by a simpler one: by 1
-    /// for dielectrics, where Q is bounded, and else by Stam's factor, since Q of conductors grows towards the horizon
-    /// as Stam's factor does.
+    /// Obliquity factor in the density of samplers, which replace the small-slope factor Q by a simpler one. It is 1
+    /// for dielectrics, where Q is bounded. Otherwise it is Stam's factor: Q of conductors grows alike towards the
+    /// horizon.
     pub(crate) fn sampling_obliquity(&self) -> Obliquity {
         match (self.obliquity, &self.index) {
             (Obliquity::SmallSlope, Some(index)) if index.is_dielectric() => Obliquity::Unit,

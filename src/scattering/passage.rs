@@ -38,9 +38,9 @@ pub(crate) struct Passage<N: Numbers> {
     pub outgoing_squared: N::Real,
     /// Largest tangential length of outgoing wave vectors that leave.
     pub reach: N::Real,
-    /// Sign of w at the mirror or refracted direction: −1 where the incident or the outgoing light lies below the
-    /// relief, else 1. S of a negative w is that of −w at the opposite frequency. So samplers work with tangential wave
-    /// vectors times this sign, and callers multiply by it again. In transmission w of some outgoing directions has the
+    /// Sign by which tangential wave vectors are multiplied before and after sampling: −1 where the incident or the
+    /// outgoing light lies below the relief, else 1. It is the sign of w at the mirror or refracted direction, and S of
+    /// a negative w is that of −w at the opposite frequency. In transmission w of some outgoing directions has the
     /// other sign; samplers ignore this, which only adds variance.
     pub turn: N::Real,
     /// Typical |w|, at which samplers read S.

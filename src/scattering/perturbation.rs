@@ -51,8 +51,8 @@ pub(super) fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[[Complex64; 2];
     };
     // Reflected and transmitted states of one tangential wave vector.
     let outgoing = |x: f64, y: f64| (states(wave_vector(x, y, 1.0, one), one), states(wave_vector(x, y, -1.0, n), n));
-    // Amplitudes of reflected s and p and transmitted s and p whose tangential fields at z = 0, those in air minus
-    // those in the medium, are `jump`.
+    // Amplitudes of the outgoing waves, reflected s and p and transmitted s and p, that make the tangential fields jump
+    // by `jump` at z = 0. A jump is the fields in air minus those in the medium.
     let solved = |x: f64, y: f64, jump: Fields| {
         let (up, down) = outgoing(x, y);
         let columns = [

@@ -67,8 +67,8 @@ pub(crate) const SLAB_PHASE: f64 = 3.0;
 pub(crate) const SLAB_PHASE_OF_RIDGES: f64 = 0.5;
 
 impl SizeRange {
-    /// Width of the range of log λ' over that of log λ. λ is any wavelength of the tables, λ' that of a look-up at any
-    /// scale of this range.
+    /// Width of the range of log λ', divided by the width of the range of log λ; at least 1. λ is any wavelength of the
+    /// tables, and λ' = λ/s with any scale s of this range.
     pub(crate) fn wavelength_ranges(&self) -> f64 {
         let log_range = (WAVELENGTH_MAX_NM / WAVELENGTH_MIN_NM).log2();
         1.0 + (self.scale[1] / self.scale[0]).log2() / log_range

@@ -128,8 +128,6 @@ pub(crate) struct BodyWave<N: Numbers> {
     refracted: [N::Real; 2],
     /// τ of the states s and p.
     passed: [N::Real; 2],
-    /// Factor n/|K| from a vector over n to a unit vector: 1 below, n above.
-    per_length: N::Real,
 }
 
 /// A pair of directions at a transparent body.
@@ -226,7 +224,6 @@ impl TransparentBody {
             per_squared,
             refracted,
             passed,
-            per_length: N::Real::select(is_below, one, lit(self.eta)),
         }
     }
 
@@ -303,8 +300,9 @@ impl<N: Numbers> BodyWave<N> {
     /// film.
     #[inline(always)]
     pub(crate) fn in_own_medium(&self) -> [N::Real; 3] {
+        // K over n has the length 1/n above and 1 below, the reciprocal of e.
         let [x, y] = self.tangential();
-        [x * self.per_length, y * self.per_length, self.normal * self.per_length]
+        [x, y, self.normal].map(|c| c * self.e)
     }
 
     /// Tangential part of K over n, in double precision.

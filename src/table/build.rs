@@ -294,8 +294,8 @@ impl<'a> Build<'a> {
             NodeQuantity::Power => pairs
                 .map(|(value, header)| {
                     let (zero, slope) = (header.re, header.im);
-                    let beyond = (value.re - zero) * (1.0 + ratio * ratio) - ratio * self.kappa_knee * slope;
-                    (zero + beyond).into()
+                    let from_zero = (value.re - zero) * (1.0 + ratio * ratio) - ratio * self.kappa_knee * slope;
+                    (zero + from_zero).into()
                 })
                 .collect(),
             NodeQuantity::Amplitude => {
@@ -324,7 +324,8 @@ impl<'a> Build<'a> {
             // least 1.
             let stride = self.kept.len().div_ceil(ERROR_SAMPLES);
             errors.par_extend(self.kept.par_iter().step_by(stride).filter_map(|node| {
-                // Positions off the nodes, by different fractions along x and y of the spacing or the kernel's width.
+                // Positions off the nodes, by 0.3 along x and 0.4 along y of the spacing, or of the kernel's standard
+                // deviation if that is smaller.
                 let at = |i: usize, reach: usize, by: f64| i as f64 - reach as f64 + by;
                 let px = at(node.index % x.nodes(), x.reach, 0.3 * x.sigma.min(1.0));
                 let py = at(node.index / x.nodes(), y.reach, 0.4 * y.sigma.min(1.0));

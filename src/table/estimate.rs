@@ -267,14 +267,14 @@ impl BuildDemand {
             return vec![lattice_pixels];
         }
         // Sizes of the grid of the screen, padded for an aperiodic scan, and of the kept band of its frequencies.
-        let full = if self.tiling == Tiling::Aperiodic { lag_grid(self.size.0, self.size.1) } else { self.size };
+        let screen_grid = if self.tiling == Tiling::Aperiodic { lag_grid(self.size.0, self.size.1) } else { self.size };
         let band = (
-            Band::kept_pixels(&lattice.x, full.0 as f64 * self.pixel_um.0),
-            Band::kept_pixels(&lattice.y, full.1 as f64 * self.pixel_um.1),
+            Band::kept_pixels(&lattice.x, screen_grid.0 as f64 * self.pixel_um.0),
+            Band::kept_pixels(&lattice.y, screen_grid.1 as f64 * self.pixel_um.1),
         );
         // The forward transform takes the rows of the relief alone, then the columns of the band alone. Rows and
         // columns are half of the work of a transform each, hence the factor 0.5.
-        let forward = 0.5 * (points((full.0, self.size.1)) + points((band.0, full.1)));
+        let forward = 0.5 * (points((screen_grid.0, self.size.1)) + points((band.0, screen_grid.1)));
         vec![forward, points(band), lattice_pixels]
     }
 }

@@ -26,7 +26,7 @@ pub enum Format {
     /// Powers with 16 bits per coefficient; entry `[start, scale]`. `P(0)` is zero except for order zero, whose power
     /// is in the table's layout, and `P'(0)` is zero.
     Fixed,
-    /// Powers with 16 bits per coefficient; entry `[start, scale, P(0), P'(0)]`.
+    /// Powers with 16 bits per coefficient, of nodes that have power at κ = 0; entry `[start, scale, P(0), P'(0)]`.
     FixedFromZero,
     /// Powers in single precision; entry `[start, P(0), P'(0), 0]`.
     Single,

@@ -6,9 +6,9 @@
 //! - `P`: period of the lattice in µm. Node `m` lies at `f = m/P`, with `|m| ≤ reach`.
 //! - `p = f·P`: position in nodes. A look-up sums `taps` nodes around `p`, weighted by the kernel `e(p − m)`
 //!   (`kernel.rs`).
-//! - `x`: lag, a shift in µm. Node values are the Fourier transform of data over lags. The data are the autocorrelation
-//!   of the phase screen in an *ensemble*, the mean over all positions of the coherence window, or the phase screen
-//!   itself in a *patch*, one fixed window (`coherence.rs`).
+//! - `x`: lag, a shift in µm. Node values are the Fourier transform of data over lags. In an *ensemble*, the mean over
+//!   all positions of the coherence window, the data are the autocorrelation of the phase screen. In a *patch*, one
+//!   fixed window, they are the phase screen itself (`coherence.rs`).
 //! - `g(x) = exp(−x²/(2σ_w²))`: coherence window on these data, with `σ_w` = `window_um`.
 //! - `ε`: relative error of the interpolation. `Λ = ln(16/ε)`: its log error (`log_error`). The 16 is [`TAIL_FACTOR`],
 //!   for the errors of both axes and several images.

@@ -84,9 +84,9 @@ impl Surface {
             let relief = SpectralLobe::<Lanes> { layout: tables.0.layout(), words: self.all_words(), size };
             if let Some(body) = tables.0.options().body {
                 let lobe = TransmissiveLobe { body, relief };
-                return in_lanes(&lobe, part, query.wi, query.second, query.wavelengths_nm);
+                return evaluated_in_lanes(&lobe, part, query.wi, query.second, query.wavelengths_nm);
             }
-            return in_lanes(&relief, part, query.wi, query.second, query.wavelengths_nm);
+            return evaluated_in_lanes(&relief, part, query.wi, query.second, query.wavelengths_nm);
         }
         // Desaturated, because scalar variants of Mitsuba warn about every sample with a negative channel.
         self.answer(part, Gamut::Desaturate, query)
@@ -209,7 +209,7 @@ type Real4 = <Lanes<'static> as Numbers>::Real;
 
 /// [`evaluated`] with a wavelength in each of four lanes.
 #[inline(always)]
-fn in_lanes<'a>(
+fn evaluated_in_lanes<'a>(
     lobe: &impl Lobe<Lanes<'a>, [Real4; 1], Value = [Real4; 1]>,
     part: Part,
     wi: [f32; 3],

@@ -6,18 +6,17 @@ use crate::scope::{TraceError, trace};
 use std::sync::{Mutex, MutexGuard};
 use sunbeam::numeric::{Plain, math};
 
-/// The LLVM backend, for one test at a time, since tests change Dr.Jit's flags and count its variables. `None`, with a
-/// message, without libLLVM.
-fn llvm() -> Option<(u32, MutexGuard<'static, ()>)> {
+/// The LLVM backend, for one test at a time, since tests change Dr.Jit's flags and count its variables.
+///
+/// # Panics
+/// If Dr.Jit cannot use a libLLVM, which `make setup` installs.
+fn llvm() -> (u32, MutexGuard<'static, ()>) {
     static ONE: Mutex<()> = Mutex::new(());
     let one = ONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let backend = dr::llvm_backend();
-    if backend == 0 {
-        eprintln!("skipped: there is no libLLVM that Dr.Jit can use");
-        return None;
-    }
+    assert_ne!(backend, 0, "there is no libLLVM that Dr.Jit can use; DRJIT_LIBLLVM_PATH names one");
     dr::set_symbolic_loops(true);
-    Some((backend, one))
+    (backend, one)
 }
 
 /// An array in Dr.Jit's memory.
@@ -61,59 +60,62 @@ fn computed<const R: usize>(results: [Owned; R], count: usize) -> [Vec<f32>; R] 
     })
 }
 
-/// Number of nodes of the test's table, at the places 0, 1, ….
+/// Number of nodes of the test's table, at the positions 0, 1, ….
 const NODES: u32 = 64;
-/// Number of words of a node's record, one for each knot. The table is the records of all nodes in turn.
+/// Number of words of a node, one for each knot. The table has the words of node 0, then those of node 1, and so on.
 const WORDS: u32 = 16;
 /// Standard deviation of the Gaussian weights of nodes, in distances of nodes.
 const SIGMA: f64 = 0.6;
 
-/// A look-up like a table's, in words of which the upper 16 bits are read as coefficients: the mean over four nodes
-/// with Gaussian weights, each of a cubic spline over the node's record.
+/// A look-up like that of a real table. The upper 16 bits of a word are a coefficient of its node's cubic spline. A
+/// look-up is the mean of four nodes' splines with Gaussian weights.
 struct Lookup<N: Numbers>(N::Words);
 
 impl<N: Numbers> Lookup<N> {
     /// The base-two logarithm of the mean, and the sum of the weights with the sign reversed if it exceeds 0.5.
-    fn at(&self, place: N::Real, knot: N::Real, active: N::Mask) -> [N::Real; 2] {
+    /// `position` is in nodes, `knot` in knots.
+    fn at(&self, position: N::Real, knot: N::Real, active: N::Mask) -> [N::Real; 2] {
         let (lit, int) = (N::Real::lit, N::Index::lit);
-        // A factor that single precision could not represent.
-        let place = N::widen(place) * N::Double::lit(1.0 + 1e-9);
+        // Exercises double precision: single precision would round this factor to 1.
+        let position = N::widen(position) * N::Double::lit(1.0 + 1e-9);
         let first =
-            (place - N::Double::lit(2.0)).ceil().clip(N::Double::lit(0.0), N::Double::lit(f64::from(NODES - 4)));
-        let from = N::narrow(place - first);
-        let node = N::index_of_double(first);
+            (position - N::Double::lit(2.0)).ceil().clip(N::Double::lit(0.0), N::Double::lit(f64::from(NODES - 4)));
+        let nodes_from_first = N::narrow(position - first);
+        let first = N::index_of_double(first);
         let knot = knot.clip(lit(0.0), lit(f64::from(WORDS - 5)));
         let low = N::index(knot.floor());
         let gaussian = N::tabulated(4, |i| {
-            let d = from - N::real(i);
+            let d = nodes_from_first - N::real(i);
             (d * d * lit(-0.5 * std::f64::consts::LOG2_E / (SIGMA * SIGMA))).exp2()
         });
-        let (_, sum, weights) = N::while_loop(
+        let (_, sum, weight_sum) = N::while_loop(
             c"taps",
             (int(0), lit(0.0), lit(0.0)),
             |(i, ..)| active & i.lt(int(4)),
-            |(i, sum, weights)| {
-                let record = (node + i) * int(WORDS / 4) + (low >> 2);
+            |(i, sum, weight_sum)| {
+                // Index of the packet of four words in which `low` lies.
+                let packet = (first + i) * int(WORDS / 4) + (low >> 2);
                 // Seven words, in packets of four, two and one, to test every size. The spline of a real table would
                 // also read the word before them, and never the seventh.
                 let words = {
-                    let [a, b, c, d] = N::gather::<4>(self.0, record, active);
-                    let [e, f] = N::gather::<2>(self.0, record * int(2) + int(2), active);
-                    let [g] = N::gather::<1>(self.0, record * int(4) + int(6), active);
+                    let [a, b, c, d] = N::gather::<4>(self.0, packet, active);
+                    let [e, f] = N::gather::<2>(self.0, packet * int(2) + int(2), active);
+                    let [g] = N::gather::<1>(self.0, packet * int(4) + int(6), active);
                     [a, b, c, d, e, f, g]
                 };
-                let from_first = knot - N::real((low >> 2) << 2);
+                let knots_from_first = knot - N::real((low >> 2) << 2);
                 let mut value = lit(0.0);
                 for (k, &word) in words.iter().enumerate() {
                     // The added bits are the exponent of 1, so coefficients are in [1, 2).
                     let [_, coefficient] = math::bf16_pair::<N>(word | int(0x3f80_0000));
-                    value = math::cubic_b_spline(from_first - lit(k as f64)).fma(coefficient, value);
+                    value = math::cubic_b_spline(knots_from_first - lit(k as f64)).fma(coefficient, value);
                 }
-                let e = gaussian(i);
-                (i + int(1), e.fma(value, sum), weights + e)
+                let weight = gaussian(i);
+                (i + int(1), weight.fma(value, sum), weight_sum + weight)
             },
         );
-        [(sum / weights.max(lit(1e-3))).max(lit(1e-6)).log2(), N::Real::select(lit(0.5).lt(weights), -weights, weights)]
+        let signed = N::Real::select(lit(0.5).lt(weight_sum), -weight_sum, weight_sum);
+        [(sum / weight_sum.max(lit(1e-3))).max(lit(1e-6)).log2(), signed]
     }
 }
 
@@ -122,7 +124,7 @@ fn table() -> Vec<u32> {
     (0..NODES * WORDS).map(|i| (i.wrapping_mul(2_654_435_761) >> 9) << 7 & 0x007f_ff80).collect()
 }
 
-/// Places and knots spread over the table: multiples of the inverse golden ratio and of the inverse plastic number,
+/// Positions and knots spread over the table: multiples of the inverse golden ratio and of the inverse plastic number,
 /// modulo 1, times the numbers of nodes and of knots.
 fn queries(count: usize) -> [Vec<f32>; 2] {
     let fraction = |i: usize, step: f64| (i as f64 * step).fract();
@@ -133,23 +135,24 @@ fn queries(count: usize) -> [Vec<f32>; 2] {
 /// Tolerance: rounding of single precision (6e-8) through a dozen operations; the logarithm is of order one.
 const SINGLE: f32 = 4e-6;
 
-/// Compares the look-up, traced and by value, at many places.
+/// Compares the look-up, traced and by value, at many positions.
 fn lookup_agrees(backend: u32) {
     const COUNT: usize = 1000;
     let table = table();
-    let [places, knots] = queries(COUNT);
+    let [positions, knots] = queries(COUNT);
     let by_value = Lookup::<Plain<f64>>(&table);
     let words = Array::words(backend, &table);
-    let inputs = [&places, &knots].map(|column| Array::words(backend, &bits(column)));
+    let inputs = [&positions, &knots].map(|column| Array::words(backend, &bits(column)));
     let results = trace(backend, |scope| {
-        let [place, knot] = [0, 1].map(|c| reals(scope, &inputs[c]));
-        Lookup::<Traced>(WordsVar::borrowed(scope, words.0)).at(place, knot, Traced::mask(true)).map(|v| v.owned(scope))
+        let [position, knot] = [0, 1].map(|c| reals(scope, &inputs[c]));
+        let lookup = Lookup::<Traced>(WordsVar::borrowed(scope, words.0));
+        lookup.at(position, knot, Traced::mask(true)).map(|v| v.owned(scope))
     })
     .unwrap();
     let results = computed(results, COUNT);
     let mut spread = [f32::INFINITY, f32::NEG_INFINITY];
     for i in 0..COUNT {
-        let wanted = by_value.at(f64::from(places[i]), f64::from(knots[i]), true).map(|x| x as f32);
+        let wanted = by_value.at(f64::from(positions[i]), f64::from(knots[i]), true).map(|x| x as f32);
         for c in 0..2 {
             let got = results[c][i];
             assert!((got - wanted[c]).abs() < SINGLE * (1.0 + wanted[c].abs()), "{i} {c} {got} {wanted:?}");
@@ -162,7 +165,7 @@ fn lookup_agrees(backend: u32) {
 
 #[test]
 fn traced_lookups_match_plain() {
-    let Some((backend, _one)) = llvm() else { return };
+    let (backend, _one) = llvm();
     lookup_agrees(backend);
     dr::set_symbolic_loops(false);
     lookup_agrees(backend);
@@ -170,7 +173,7 @@ fn traced_lookups_match_plain() {
 
 #[test]
 fn traced_operations_match_plain() {
-    let Some((backend, _one)) = llvm() else { return };
+    let (backend, _one) = llvm();
     /// Results of each operation; those with a truth value are 1 or 2.
     fn all<N: Numbers>(a: N::Real, b: N::Real) -> [N::Real; 21] {
         let (lit, int) = (N::Real::lit, N::Index::lit);
@@ -226,7 +229,7 @@ fn traced_operations_match_plain() {
 
 #[test]
 fn map_each_loops_and_is_zero_where_masked() {
-    let Some((backend, _one)) = llvm() else { return };
+    let (backend, _one) = llvm();
     let column = [0.25f32, 1.5, f32::NAN, 3.0];
     for symbolic in [true, false] {
         dr::set_symbolic_loops(symbolic);
@@ -274,7 +277,7 @@ fn failing(backend: u32, input: u32, fail: &dyn Fn()) -> Result<Owned, TraceErro
 
 #[test]
 fn failures_are_reported_and_release_all_variables() {
-    let Some((backend, _one)) = llvm() else { return };
+    let (backend, _one) = llvm();
     let variables = || dr::all_variables().lines().count();
     let input = Array::words(backend, &[1, 2, 3]);
     let other = Array::words(backend, &[1, 2]);
@@ -305,7 +308,7 @@ fn failures_are_reported_and_release_all_variables() {
 
 #[test]
 fn variables_outside_a_scope_are_empty() {
-    let Some((backend, _one)) = llvm() else { return };
+    let (backend, _one) = llvm();
     let stray = Var::<'static, f32>::lit(1.0);
     assert_eq!(stray.index, 0);
     assert_eq!((stray + stray).index, 0);

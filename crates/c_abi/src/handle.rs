@@ -10,8 +10,8 @@ use sunbeam::config::{BuildError, BuiltReport, BuiltSurface, SurfaceConfig};
 use sunbeam::height_field::{FileField, HeightField, Provenance};
 use sunbeam::table::{LIMIT_BYTES, Progress};
 
-/// Bytes that each height of an array takes at least while its tables are built: the heights and two copies of them, in
-/// double precision.
+/// Least memory in bytes that a build needs for each height of an array: the height and two copies of it, in double
+/// precision.
 const HEIGHT_BYTES: f64 = 24.0;
 
 /// A surface with its tables. It never changes after its creation, so any number of threads may use it at once.

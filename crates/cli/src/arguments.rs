@@ -6,6 +6,8 @@ use sunbeam::scattering::Vec3;
 
 /// Wavelengths in nm over which colours are integrated: the range of the library's table of the illuminant D65.
 pub(crate) const VISIBLE_NM: RangeInclusive<f64> = 380.0..=780.0;
+/// Shortest wavelength of [`VISIBLE_NM`] in µm, at which phases are largest.
+pub(crate) const SHORTEST_VISIBLE_UM: f64 = *VISIBLE_NM.start() * 1e-3;
 
 /// Unit vector `(sinθ cosφ, sinθ sinφ, cosθ)`: θ is the angle with the normal +z, φ the azimuth from +x towards +y.
 pub(crate) fn direction_from_degrees(theta_deg: f64, phi_deg: f64) -> Vec3 {

@@ -10,7 +10,7 @@ use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use crate::benchmarks::INCIDENT_DEG;
 use crate::benchmarks::methods::{self, SurfaceFigures};
-use crate::benchmarks::sampler::{SamplerRow, sampler};
+use crate::benchmarks::sampler::{SamplerRow, weight_statistics};
 use crate::benchmarks::stability::{self, StabilityFigures};
 use clap::ValueEnum;
 use serde::Serialize;
@@ -221,7 +221,7 @@ fn bench_sampler(args: &BenchArgs) -> Outcome {
         log(start, &name);
         // Without a cache the tables are always built, so their origin is not reported.
         let (surface, _origin) = config.build(&Cache::off())?;
-        let figures = SamplerFigures { bytes: surface.sampler().bytes(), rows: sampler(&surface, samples) };
+        let figures = SamplerFigures { bytes: surface.sampler().bytes(), rows: weight_statistics(&surface, samples) };
         surfaces.push(Named { name, figures });
     }
     let seconds = start.elapsed().as_secs_f64();

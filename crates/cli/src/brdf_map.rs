@@ -75,7 +75,7 @@ pub(crate) struct BrdfMapArgs {
 enum Backend {
     /// All methods
     Cpu,
-    /// The methods flss, nmm, pq, stam and table, in single precision
+    /// All methods except exact, in single precision
     Gpu,
 }
 

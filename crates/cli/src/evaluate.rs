@@ -245,7 +245,7 @@ impl EvaluateArgs {
 
     /// `S/λ²` in 1/sr, `[wavelength][angle of view]`. Along x, the tile has `pixels_x` pixels and the length `tile_um`.
     ///
-    /// The method nmm (non-uniform wavelengths) has values only where an order of the tile leaves. Its rows are 0
+    /// The method nmm has values only where an order of the tile leaves. Its rows are 0
     /// except at the angles nearest to these orders.
     fn response_values(
         &self,
@@ -266,7 +266,8 @@ impl EvaluateArgs {
                 return angles_deg.iter().map(value).collect();
             }
             let mut row = vec![0.0; angles_deg.len()];
-            // A tile of one pixel along x has order zero alone. It leaves at every wavelength, so nmm selects none.
+            // A tile of one pixel along x has order zero alone. This order leaves at every wavelength, so that nmm
+            // selects no wavelength.
             if pixels_x > 1 {
                 for sin_r in order_sines(1e-3 * nm / tile_um, sin_i) {
                     if let Some(i) = nearest(angles_deg, self.angle_step, sin_r.asin().to_degrees()) {
@@ -320,7 +321,7 @@ fn nearest(angles_deg: &[f64], step_deg: f64, angle_deg: f64) -> Option<usize> {
 fn first_order_range(theta_i_deg: f64, spacing_um: f64) -> Option<(f64, f64)> {
     let angle = |nm: f64| {
         let sin = 1e-3 * nm / spacing_um - theta_i_deg.to_radians().sin();
-        // The angle of an evanescent order counts as ±90°. The range is empty if the order is so at all wavelengths.
+        // An evanescent order counts as ±90°. The range is empty if the order is evanescent at all wavelengths.
         sin.clamp(-1.0, 1.0).asin().to_degrees()
     };
     let (low, high) = (angle(*VISIBLE_NM.start()) - MARGIN_DEG, angle(*VISIBLE_NM.end()) + MARGIN_DEG);

@@ -4,6 +4,7 @@
 //! heights. Their phase screen, the effect of the relief on the phase of light, is expanded in Chebyshev polynomials
 //! (docs/model.md#the-two-expansions); tables hold its power spectrum.
 
+use super::arguments::SHORTEST_VISIBLE_UM;
 use super::encode;
 use super::output::{Output, output};
 use super::progress::{BUILDING, with_bar};
@@ -26,8 +27,6 @@ use sunbeam::transform::{Periods, chebyshev_terms, periods};
 
 /// Length of the preview's longer side in pixels. A preview need not show every height.
 const PREVIEW_PIXELS: f64 = 512.0;
-/// Shortest visible wavelength in µm, at which the phase screen needs the most Chebyshev terms.
-const SHORTEST_UM: f64 = 0.38;
 
 /// Describe a height field as JSON; fill, crop, level, tile and convert it
 ///
@@ -188,7 +187,7 @@ pub(crate) fn run(args: &HeightFieldArgs) -> Outcome {
     let inside = config.inside(field.clone());
     // κH, the largest phase of the screen. The phase rate κ = 2π/λ·(cosθi + cosθo) is largest along the normal, 4π/λ,
     // and H is half of the range of heights.
-    let kappa_h = 4.0 * PI / SHORTEST_UM * 0.5 * inside.peak_to_valley_um();
+    let kappa_h = 4.0 * PI / SHORTEST_VISIBLE_UM * 0.5 * inside.peak_to_valley_um();
     print_json(&Report {
         channel: read.channel,
         filled_points: config.fill.map(|_| read.filled),

@@ -4,7 +4,7 @@
 //! (docs/realtime.md). They assume a tile (the given rectangle of relief) that repeats:
 //!
 //! - `flss`: full lambda spectral sampling, sums over diffraction orders at equal steps of the wavelength;
-//! - `nmm`: non-uniform wavelengths, such sums only at the wavelengths of which an order leaves towards the viewer;
+//! - `nmm`: such sums, only at the wavelengths of which an order leaves towards the viewer;
 //! - `pq`: a finite number of repeats of the tile, P along x and Q along y;
 //! - `stam`: Stam's model, which knows only the spacing of the grooves along x.
 //!

@@ -13,7 +13,7 @@
 //!
 //! Symbols, as in docs/model.md:
 //!
-//! - f_r = R·O·M·S/λ²: the reflectance in 1/sr, here without albedo and cover;
+//! - f_r: the reflectance in 1/sr, R·O·M·S/λ² without a cover and without energy conservation;
 //! - R: the Fresnel factor;
 //! - O: the obliquity factor; the small-slope factor replaces R·O;
 //! - M: the shadowing factor;

@@ -42,7 +42,7 @@ struct Query {
 /// A line of the output.
 #[derive(Serialize)]
 struct Answer {
-    /// The sampled direction; `None` for a lost sample.
+    /// The sampled direction; `None` for a sample below the horizon, or one that the cover reflects totally.
     wo: Option<Vec3>,
     /// Density in 1/sr, the mean over the wavelengths.
     pdf: f64,

@@ -27,8 +27,8 @@ pub(crate) fn run(args: &ViewArgs) -> Outcome {
     replace_process(&window, &args.passed_on)
 }
 
-/// Replaces this process by the program, which keeps the process id. Whoever started the command can so wait for the
-/// program, and end it. Returns only on failure.
+/// Replaces this process by the program, which keeps the process id. The process that started the command can therefore
+/// wait for the program and end it. Returns only on failure.
 #[cfg(unix)]
 fn replace_process(program: &Path, args: &[OsString]) -> Outcome {
     use std::os::unix::process::CommandExt;

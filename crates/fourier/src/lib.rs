@@ -134,7 +134,7 @@ impl<T: Precision> Fft2<T> {
 
 /// Number of rows or columns that one rayon task transforms, and side of a tile of [`transpose`] in elements. 16
 /// complex numbers in double precision fill four cache lines of 64 bytes, and each of two tiles takes 4 KiB. With
-/// larger values fewer cache lines belong to two tiles; smaller ones balance threads better.
+/// larger values fewer cache lines are shared by two tiles; smaller ones balance threads better.
 const LINES_PER_TASK: usize = 16;
 
 /// Bin of a transform of `n` points that becomes bin `i` among the `kept` bins nearest to frequency zero (both in FFT

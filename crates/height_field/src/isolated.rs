@@ -30,11 +30,11 @@ const GAP_MIN: f64 = 10.0;
 /// of a grating. A smaller one would take missing points for a level, since they often are a few per cent.
 const LEVEL_MIN: f64 = 0.05;
 /// Fraction of the other values that is left out at either end, before their range is compared with the gap of one of
-/// [`MISSING_NUMBERS`]. The ends may contain a second number for missing points, which would enlarge the range. Larger
-/// ends would cut off more of the relief's own range.
+/// [`MISSING_NUMBERS`]. The ends may contain a second number for missing points, which would enlarge the range. It
+/// often covers a few per cent, too. Larger ends would cut off more of the relief's own range.
 const IGNORED_ENDS: f64 = LEVEL_MIN;
 /// Smallest fraction of all values that the most frequent other number covers, if a number is to be a level beside it.
-/// Coarsely quantised measurements have equal heights, too, but spread over more than four values.
+/// A quarter excludes coarsely quantised measurements, whose equal heights spread over more than four values.
 const OTHER_LEVEL_MIN: f64 = 0.25;
 /// Largest number of different numbers for missing points in one file. Three are common, for points not measured,
 /// underflow and overflow; the fourth is spare.

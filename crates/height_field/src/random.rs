@@ -24,7 +24,7 @@ impl Random {
         (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Uniform from `low` to `high`, which only rounding reaches.
+    /// Uniform in `[low, high)`, except that rounding may return `high`.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }

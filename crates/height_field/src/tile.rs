@@ -15,11 +15,12 @@ use std::f64::consts::PI;
 /// Fraction of each axis that is blended if no width is given. A wider strip changes more of the relief; a narrower one
 /// makes steeper transitions.
 const BLEND_FRACTION: f64 = 0.1;
-/// Least length of an axis, in strips: a wider strip is refused. With two or fewer, both strips could overlap.
+/// Smallest length of an axis as a multiple of the strip's width; wider strips are refused. With a multiple of two,
+/// both strips could overlap.
 const STRIPS_MIN: usize = 3;
-/// Number of periods of a relief in the longest length that suffices for the search to find a whole number of them. The
-/// longest length is the axis without the strip. The search shortens it by up to 1/`PERIODS_MIN`, which is one period
-/// then. A smaller number may cut off more of the scan; a larger one finds fewer whole periods.
+/// Number of periods in the longest length, the axis without the strip, from which on the search finds a whole number
+/// of periods. It shortens the longest length by up to 1/`PERIODS_MIN`, which is then at least one period. A smaller
+/// number may cut off more of the scan; a larger one misses reliefs with fewer periods.
 const PERIODS_MIN: usize = 3;
 /// Tolerance on the mismatch, as a fraction of the largest mismatch. Lengths whose mismatch exceeds the least by at
 /// most this tolerance are accepted. The longest of them is then shortened until its mismatch is a local minimum. A

@@ -284,8 +284,8 @@ impl Gpu {
         Ok(receiver.try_recv().ok().flatten())
     }
 
-    /// Lets wgpu call the callbacks of finished work. Before, it waits for the work that `until` names;
-    /// [`wgpu::PollType::Poll`] names none.
+    /// Waits for the work that `until` names, then lets wgpu call the callbacks of finished work.
+    /// [`wgpu::PollType::Poll`] names no work.
     #[cfg(not(target_arch = "wasm32"))]
     fn poll(&self, until: wgpu::PollType) -> Result<(), GpuError> {
         // If the device is lost during a wait, wgpu panics or returns an error; both become `Panic`. `check` comes

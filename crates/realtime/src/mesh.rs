@@ -46,8 +46,8 @@ impl From<&SnakeMesh> for Mesh {
     }
 }
 
-/// Largest number of triangles. Their corners and the nodes of their tree (tree.rs), at most three times as many, are
-/// counted in 32 bits.
+/// Largest number of triangles. Corners and tree nodes (tree.rs), at most three of each for a triangle, are counted in
+/// 32 bits.
 const TRIANGLES_MAX: usize = 1_000_000_000;
 
 /// Accepted names in PLY files of each property of a vertex: position, normal and texture coordinates.

@@ -86,7 +86,7 @@ impl Orbit {
     /// wide; widths below 1 count as 1.
     pub fn pan(&mut self, right: f32, down: f32, width: f32) {
         let forward = -self.outward();
-        // Not 0: no camera looks along z ([`Camera`]).
+        // The cross product is not 0, because no camera looks along z ([`Camera`]).
         let right_axis = forward.cross(DVec3::Z).normalize();
         let up_axis = right_axis.cross(forward);
         let picture_width_cm = 2.0 * self.distance_cm * (0.5 * self.fov_deg).to_radians().tan();

@@ -58,7 +58,7 @@ pub(super) fn resolve() -> String {
 /// Errors of building the methods.
 pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let field = Preset::Sinusoidal.build(None, None)?;
-    // Some methods accept no other model and no energy conservation, which changes the WGSL of `table`.
+    // Some methods accept only this model and no energy conservation.
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
     let Options { coherence_length_um, build_limit, .. } = Options::default();
     let is_film = true;

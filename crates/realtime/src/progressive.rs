@@ -29,8 +29,7 @@ use std::sync::Arc;
 
 /// Number of targets, the GPU's memory of a picture, kept for the next pictures: two for each of two sizes. During a
 /// drag, coarse pictures after changes alternate with finer ones in pauses, and one target is shown while another is
-/// drawn into. More targets take more
-/// memory; with fewer, targets are created anew during a drag.
+/// drawn into. More targets take more memory; with fewer, targets are created anew during a drag.
 const TARGETS_KEPT: usize = 4;
 
 /// The picture to draw, at its full resolution.
@@ -124,7 +123,7 @@ impl Progressive {
         }
     }
 
-    /// Replaces the scene with the full one of the present draft, if there is a draft, which stays for coarse pictures.
+    /// Replaces the full scene. The draft, if there is one, stays for coarse pictures and must show the same scene.
     pub fn set_scene(&mut self, scene: Scene) {
         self.scene = Some(Rc::new(scene));
         self.start_over();

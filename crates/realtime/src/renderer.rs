@@ -2,10 +2,10 @@
 //! draws one sample of every pixel.
 //!
 //! If the sun has moved, the sun's depth map (sunlight.rs) is drawn before the first sample. The locate stage writes a
-//! *query* for each pixel: its visible point with the directions to sun and viewer (layout.rs). This stage also adds
-//! the ground's radiance to the picture; the first sample overwrites the old picture instead. It lists the queries of
-//! sunlit points of the mesh in the buffer `chosen` (target.rs). The length of the list, `chosen_count`, is read back,
-//! because it sizes the dispatches of shade and resolve.
+//! *query* for each pixel: its visible point with the directions to sun and viewer (layout.rs). The stage also adds
+//! the ground's radiance to the picture, or in the first sample overwrites the old picture with it. Last, the stage
+//! lists the queries of sunlit points of the mesh in the buffer `chosen` (target.rs). The length of the list,
+//! `chosen_count`, is read back, because it sizes the dispatches of shade and resolve.
 
 use super::clock::Clock;
 use super::layout::FrameUniform;

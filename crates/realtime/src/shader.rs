@@ -191,8 +191,8 @@ impl Shader {
         gpu.check()
     }
 
-    /// Answers queries, in their order. Only their directions are read. An answer is 0 for directions that are not
-    /// finite, and for those not above the surface, or of a film, in its plane.
+    /// Answers queries, in their order. Only their directions are read. An answer is 0 unless both directions are
+    /// finite and above the surface. For a film they may also be below it, but not in its plane.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`], [`GpuError::CutShort`], [`GpuError::TooLarge`], and

@@ -256,9 +256,9 @@ impl<'a> Air<'a> {
 
     /// Ey and Hy on the curve, each as a matrix node × incident wave.
     ///
-    /// `response` eliminates the fluxes, so the unknowns are the fields. An incident wave has Ey alone, the state Ey,
-    /// or Hy alone, the state Hy. `right[0]` holds right-hand sides of the equation of Ey, for incident waves in the
-    /// state Ey; `right[1]` those of the equation of Hy, for incident waves in the state Hy. Both are node × wave.
+    /// `response` eliminates the fluxes, so the unknowns are the fields. Each incident wave is in the state Ey (without
+    /// Hy) or in the state Hy (without Ey). `right[0]` holds right-hand sides of the equation of Ey, for waves in the
+    /// state Ey; `right[1]` those of the equation of Hy, for waves in the state Hy. Both are node × wave.
     /// Columns of both results are the waves of `right[0]`, then those of `right[1]`.
     ///
     /// # Errors

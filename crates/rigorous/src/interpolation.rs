@@ -57,7 +57,7 @@ impl Interpolation {
             for (j, &weight) in self.weights[fine % factor].iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
                 // Index of the coarse node plus n, so that it is never negative.
                 let shifted = fine / factor + j + n - REACH;
-                // Its period: −1, 0 or 1.
+                // Period of this coarse node: −1, 0 or 1.
                 let periods = (shifted / n) as f64 - 1.0;
                 let node = shifted % n;
                 let mut into = result.column_mut(node);

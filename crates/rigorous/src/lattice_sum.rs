@@ -86,11 +86,14 @@ impl LatticeSum {
     ) -> Result<Self, Error> {
         let (half_x, half_z) = (0.5 * period, height.max(HALF_HEIGHT_MIN * period));
         let ewald = Ewald::new(period, wave_number, bloch);
-        // Numbers of Chebyshev nodes along each axis; both grow until the last coefficients are small. Along x the
-        // nearest singularity is the source at ±d, two half axes from the middle: cosh θ = 2. Along z, at x = d/2, the
-        // field of the source at d has the phase k√(z² + d²/4), which changes fastest at z = h. It is singular at
-        // z = ±id/2: sinh θ = d/2h. The number along z is even, so that no node has z = 0, where source p = 0 may be
-        // singular.
+        // Numbers of Chebyshev nodes along each axis; both grow until the last coefficients are small. `phases` are
+        // bounds of the phase's change over half of each axis (`nodes_needed`).
+        //
+        // Along x, the nearest singularity is the source at ±d, two half axes from the middle: cosh θ = 2. Along z, at
+        // x = d/2, the field of the source at d has the phase k√(z² + d²/4). Its slope is largest at z = h; times the
+        // half axis h it is kh²/√(h² + d²/4). The field is singular at z = ±id/2: sinh θ = d/2h.
+        //
+        // The number along z is even, so that no node has z = 0, where source p = 0 may be singular.
         let phases = [half_x, half_z * half_z / half_z.hypot(half_x)].map(|length| wave_number.norm() * length);
         let mut nodes_x = nodes_needed(phases[0], 2_f64.acosh());
         let mut nodes_z = nodes_needed(phases[1], (half_x / half_z).asinh()).next_multiple_of(2);

@@ -211,8 +211,8 @@ impl Nodes {
             let [a, b] = [on_target, on_source].map(|on| on.nearer_corner(self.edge_count));
             let [dx, dz] = [0, 1].map(|j| a.offset[j] - b.offset[j]);
             // Offsets from a common corner keep the digits that positions lose. The source moves by the periods between
-            // the corner beside it and the same corner beside the target. If both nodes are more than half a period
-            // apart along x, another image is nearer.
+            // the corner beside it and the same corner beside the target. If the nodes are more than half a period
+            // apart along x, another image is nearer, and the difference of positions is kept.
             if a.index == b.index && dx.abs() < half_period {
                 (x, z, periods) = (dx, dz, a.period - b.period);
             }

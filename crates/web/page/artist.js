@@ -91,7 +91,8 @@ async function drawAll() {
   drawing = true;
   // `changeCount` is at least 1 here. If `restart` increases it during the drawing, the drawing is repeated, also after
   // a failure.
-  for (let handledChanges = 0; artist && handledChanges !== changeCount; ) {
+  let handledChanges = 0;
+  while (artist && handledChanges !== changeCount) {
     handledChanges = changeCount;
     try {
       while (await step(handledChanges)) {

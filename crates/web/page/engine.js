@@ -171,7 +171,7 @@ export class Engine {
    * The BRDF map of the last `reflectance`, as `map` returns it, `side` pixels wide and high. The direction to the
    * light has the polar angle `theta_deg` and the azimuth `phi_deg`.
    */
-  mapOnProcessor(settings, theta_deg, phi_deg, side, progress) {
+  mapOnCpu(settings, theta_deg, phi_deg, side, progress) {
     const question = { settings: JSON.stringify(settings), theta_deg, phi_deg, side };
     return this.#ask(this.#maker, "map", question, { progress });
   }

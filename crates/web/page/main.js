@@ -32,37 +32,40 @@ async function open(hash) {
     complete = JSON.parse(page.engine.quick.default_settings());
   }
   page.settings = complete;
-  page.example = null;
   page.wanted = null;
-  const { filename } = complete.surface;
-  if (filename === undefined) {
-    page.source = null;
-    const { preset } = complete.surface;
-    // An example without a file is selected if it has the same preset.
-    const example = page.examples.find(({ file, settings: own }) => !file && own.surface.preset === preset);
-    page.example = example?.name ?? null;
-  } else {
-    // Whether the page has the file of the address already.
-    const isHeld = page.source?.name === filename && (!sha256 || page.source.sha256 === sha256);
-    // A visitor's file may have the name of an example's; the checksum tells them apart.
-    const known = isHeld ? page.source.sha256 : sha256;
-    const example = page.examples.find(({ file, sha256: sum }) => file === filename && (!known || sum === known));
-    page.example = example?.name ?? null;
-    if (!isHeld) {
-      // The file is an example, or the visitor has to drop it. There is no file while the example's is fetched.
-      page.source = null;
-      const source = example ? await fetchedOrNull(example) : null;
-      // Another relief was chosen during the fetch, or a failed build has restored the one before (making.js).
-      if (choice !== page.choices || page.settings.surface.filename !== filename) return;
-      page.source = source;
-      page.wanted = source ? null : { name: filename, sha256 };
-    }
+  const { filename, preset } = complete.surface;
+  const isPreset = filename === undefined;
+  // Whether the page has the file of the address already.
+  const isHeld = !isPreset && page.source?.name === filename && (!sha256 || page.source.sha256 === sha256);
+  if (!isHeld) page.source = null;
+  const example = isPreset ? exampleOfPreset(preset) : exampleOfFile(filename, page.source?.sha256 ?? sha256);
+  page.example = example?.name ?? null;
+  if (!isPreset && !isHeld) {
+    // The file is that of an example, or the visitor has to drop it.
+    const source = example ? await fetchedOrNull(example) : null;
+    // Another relief was chosen during the fetch, or a failed build has restored the one before (making.js).
+    if (choice !== page.choices || page.settings.surface.filename !== filename) return;
+    page.source = source;
+    page.wanted = source ? null : { name: filename, sha256 };
   }
   showWanted();
-  showStill(page.examples.find(({ name }) => name === page.example));
+  showStill(example);
   settingsChanged();
   // The new address may differ only in the light of the map. If data are being built, the map is drawn afterwards.
   if (page.good && !page.making) refreshMap();
+}
+
+/** The example without a file that has this preset; undefined for none. */
+function exampleOfPreset(preset) {
+  return page.examples.find(({ file, settings }) => !file && settings.surface.preset === preset);
+}
+
+/**
+ * The example with this file; undefined for none. A visitor's file may have the same name; the checksum, if it is not
+ * null, tells them apart.
+ */
+function exampleOfFile(filename, sha256) {
+  return page.examples.find((example) => example.file === filename && (!sha256 || example.sha256 === sha256));
 }
 
 /** The file of an example as `fetched` returns it. If it cannot be fetched, shows a message and returns null. */

@@ -57,7 +57,8 @@ export async function makeMissing() {
   try {
     await Promise.all([pending.surface, pending.scene]);
     if (stale()) return;
-    page.good = { settings: structuredClone(page.settings), source: page.source, read: page.read, keys: page.keys };
+    const { settings, source, relief, keys: built } = page;
+    page.good = { settings: structuredClone(settings), source, relief, keys: built };
     page.making = false;
     showProgress(null);
     orderPicture();
@@ -73,13 +74,13 @@ async function readRelief(keys, stale) {
   const { engine, settings, source } = page;
   if (engine.holds(keys.relief)) return;
   showProgress("Reading the relief");
-  const read = await engine.relief(settings, source?.file, keys.relief);
+  const relief = await engine.relief(settings, source?.file, keys.relief);
   if (stale()) return;
-  page.read = read;
+  page.relief = relief;
   byId("relief-name").textContent = source?.name ?? titleOf(settings.surface.preset);
   // A scale that the visitor has entered can be changed.
   byId("scale").hidden = settings.surface.pixel_size === undefined && settings.surface.max_height === undefined;
-  showRelief(read);
+  showRelief(relief);
 }
 
 /** Reads the relief and builds the method's data for the artist, or without WebGPU an evaluator on the CPU. */
@@ -162,10 +163,10 @@ export function goBack() {
   page.source = good.source;
   // The artist may already have data that are newer than the good state.
   page.keys = page.adapter ? { ...good.keys, ...page.held } : good.keys;
-  if (page.read !== good.read) {
-    page.read = good.read;
+  if (page.relief !== good.relief) {
+    page.relief = good.relief;
     byId("relief-name").textContent = page.source?.name ?? titleOf(surface.preset);
-    showRelief(good.read);
+    showRelief(good.relief);
   }
   byId("scale").hidden = true;
   showControls();
@@ -187,7 +188,7 @@ function askScale({ parameter }) {
       : "The file does not say how large a pixel is. How large is it?";
   byId(parameter).focus();
   hideRelief();
-  page.read = null;
+  page.relief = null;
 }
 
 /** Builds the evaluator of spectra in the background, then shows the spectrum. Its errors go to the plot. */

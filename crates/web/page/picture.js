@@ -24,7 +24,7 @@ const STATUS_DELAY_MS = 100;
  * device is opened again. Chosen: with a shorter time, a device that is lost again and again may be opened each time;
  * with a longer one, visitors are asked after independent losses, too.
  */
-const LOSS_MS = 10000;
+const REPEATED_LOSS_MS = 10000;
 
 /** Timer of the next report in the status line. */
 let statusTimer = 0;
@@ -59,10 +59,10 @@ function newCanvas() {
 /** Time in ms (`performance.now`) of the last loss of the device. */
 let lastLoss = -Infinity;
 
-/** Reports the loss of the device, and opens it again. Asks the visitor first if it was lost before within LOSS_MS. */
+/** Reports the loss of the device, and opens it again. Asks the visitor first after a repeated loss. */
 async function handleLoss(message) {
   page.adapter = null;
-  const repeated = performance.now() - lastLoss < LOSS_MS;
+  const repeated = performance.now() - lastLoss < REPEATED_LOSS_MS;
   lastLoss = performance.now();
   showMessage(null);
   byId("lost").hidden = false;

@@ -39,7 +39,7 @@ export function mapOf(wi, side) {
   if (page.adapter) return engine.map(wi, side);
   if (!engine.hasReflectance(currentKeys().method)) return null;
   const { theta_deg, phi_deg } = angles(wi);
-  return engine.mapOnProcessor(page.settings, theta_deg, phi_deg, side);
+  return engine.mapOnCpu(page.settings, theta_deg, phi_deg, side);
 }
 
 /**

@@ -37,8 +37,8 @@ export const page = {
   /** Promise that is fulfilled when the graphics device is open or has failed to open. */
   opening: null,
   /**
-   * The last state whose data were complete, to which `goBack` (making.js) returns: {settings, source, read, keys}, and
-   * `at`, the `performance.now()` of the state's first picture. Null before the first such state.
+   * The last state whose data were complete, to which `goBack` (making.js) returns: {settings, source, relief, keys},
+   * and `at`, the `performance.now()` of the state's first picture. Null before the first such state.
    */
   good: null,
   /** Keys (`currentKeys`) of the relief, method and scene that exist or are being built; null for none. */
@@ -48,7 +48,7 @@ export const page = {
   /** Whether data that a picture needs are being built. */
   making: false,
   /** The relief that was read last, as Engine.relief returns it; null for none. */
-  read: null,
+  relief: null,
   /** Size and build time of the method's data: {bytes, seconds}; null for none. */
   made: null,
   /** The BRDF map shown (map.js); null for none. */
@@ -62,7 +62,7 @@ export const page = {
    */
   spectrum: null,
   /** Serial number of the last picture ordered. */
-  asked: 0,
+  lastOrder: 0,
   /** The artist's report of the last picture drawn, with the serial number of its order; null for none. */
   drawn: null,
 };

@@ -21,6 +21,6 @@ export function pictureSize() {
  */
 export function orderPicture() {
   if (!page.adapter) return;
-  page.asked += 1;
-  page.engine.view(page.settings, ...pictureSize(), page.asked);
+  page.lastOrder += 1;
+  page.engine.view(page.settings, ...pictureSize(), page.lastOrder);
 }

@@ -57,7 +57,7 @@ pub fn catalogue() -> Value {
 }
 
 /// Extensions of readable files, each with a dot: [`READABLE`] split at commas. Its last entry, ".000 to .999" of
-/// Nanoscope files, becomes `.000`; the others of this range can be dropped on the page.
+/// Nanoscope files, becomes `.000`; files with other extensions of this range can be dropped on the page.
 fn extensions() -> Vec<&'static str> {
     READABLE.split(", ").filter_map(|extension| extension.split(' ').next()).collect()
 }

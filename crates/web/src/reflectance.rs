@@ -33,9 +33,9 @@ impl Reflectance {
         Self { method, options: settings.library_options(), index, cover }
     }
 
-    /// Replaces the refractive index by that of `settings`, and the obliquity factor by the one that `settings` have
-    /// for it. Their cover must be the present one. With energy conservation or a film the method's data also depend on
-    /// the index and have to be built again ([`Settings::keys`]).
+    /// Replaces the refractive index and the obliquity factor by those of `settings`, which must have the same cover.
+    /// With energy conservation or a film the method's data also depend on the index and have to be built again
+    /// ([`Settings::keys`]).
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index_inside();
         self.options = settings.library_options();

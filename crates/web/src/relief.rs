@@ -107,7 +107,7 @@ impl Relief {
         &self.field
     }
 
-    /// The heights as methods are built from them: magnified by the refractive index of the cover or film.
+    /// The relief that methods are built from: magnified along x, y and z by the refractive index of the cover or film.
     fn inside(&self, settings: &Settings) -> HeightField {
         settings.surface.inside(self.field.clone())
     }

@@ -1,6 +1,8 @@
-//! Evaluates the BRDF `f_r` by wavelength on the CPU, for the page's plot of a spectrum. A source computes a *value*,
-//! part of `f_r`. The interface factor (Fresnel) and the angular factor (obliquity and shadowing) complete it, see
-//! `reflectance.rs`.
+//! Evaluates the BRDF `f_r` by wavelength on the CPU, for the page's plot of a spectrum.
+//!
+//! `f_r` = cover's factor · interface factor · angular factor · *value*
+//!
+//! `reflectance.rs` explains the factors. The value comes from a [`Source`]; some values include factors already.
 
 use crate::error::WebError;
 use crate::reflectance::single;
@@ -18,7 +20,7 @@ const FIRST_NM: f64 = 380.0;
 /// Step between the wavelengths of a spectrum in nm.
 const STEP_NM: f64 = 5.0;
 
-/// A source of values by wavelength with everything that completes them to `f_r`.
+/// A source of values by wavelength, with the factors that complete them to `f_r`.
 pub struct Spectra {
     source: Source,
     /// The library's options; only their obliquity factor, shadowing and film are read.
@@ -34,8 +36,8 @@ enum Source {
     /// Spectral tables, for the method `table`, which itself has only colours. Values include the angular factor of
     /// the options that the tables were built with, and for a film also the interface factor.
     Surface(Box<Surface>),
-    /// A published method, which has values by wavelength or none. They include neither the angular nor the interface
-    /// factor. Settings with a film have no such method.
+    /// A published method, which has values by wavelength or none. They include no factor. Settings with a film have no
+    /// such method.
     Method(Box<dyn Method>),
 }
 
@@ -56,8 +58,8 @@ impl Spectra {
         Ok(Self { source, options, index, cover })
     }
 
-    /// Replaces the refractive index by that of `settings`, and the obliquity factor by the one that `settings` have
-    /// for it. With energy conservation or a film the tables also depend on the index and have to be built again
+    /// Replaces the refractive index and the obliquity factor by those of `settings`, which must have the same cover.
+    /// With energy conservation or a film the tables also depend on the index and have to be built again
     /// ([`Settings::keys`]).
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index_inside();

@@ -135,7 +135,7 @@ def dragging(page, target):
             const start = performance.now();
             point("pointermove", 100 + 3 * i, 1);
             await new Promise((resolve) => {
-                const done = () => sunbeam.drawn.serial === sunbeam.asked;
+                const done = () => sunbeam.drawn.serial === sunbeam.lastOrder;
                 const look = () => done() ? resolve() : setTimeout(look, 1);
                 look();
             });

@@ -172,8 +172,8 @@ class Page:
 # Code that tells whether the finest picture of the last order is shown, with complete data.
 IS_FINISHED = """
     const shown = (id) => !document.getElementById(id).hidden;
-    const { drawn, asked, good, making } = globalThis.sunbeam;
-    const complete = asked && drawn?.finest && drawn.serial === asked;
+    const { drawn, lastOrder, good, making } = globalThis.sunbeam;
+    const complete = lastOrder && drawn?.finest && drawn.serial === lastOrder;
     return good && !making && complete && !shown("progress") && !shown("lost");
 """
 

@@ -126,7 +126,7 @@ def test_missing_points_are_filled_and_channels_chosen(page, tmp_path):
     )
     page.drop(path)
     page.finished()
-    assert page.js("return sunbeam.read.facts.filled_points") == 12
+    assert page.js("return sunbeam.relief.facts.filled_points") == 12
     assert "Filled" in page.js("return document.getElementById('relief-facts').innerText")
     filled = page.pixels()
     page.choose("#fill", "mean")

@@ -46,7 +46,7 @@ def test_the_page_opens_with_an_example(page):
         """const bar = document.getElementById("bar").getBoundingClientRect();
         const picture = document.getElementById("relief-picture").getBoundingClientRect();
         const label = document.getElementById("bar-length").textContent;
-        return [label, bar.width / picture.width, sunbeam.read.facts.extent_um[0]];"""
+        return [label, bar.width / picture.width, sunbeam.relief.facts.extent_um[0]];"""
     )
     assert fraction * extent == pytest.approx(float(label.split()[0]), rel=0.03)
 

@@ -68,8 +68,8 @@ struct Pending {
     shot: Option<Shot>,
     /// Whether the thread is to end.
     quit: bool,
-    /// The smallest change that ends the step under way. Between steps it is the default. If the flag `stop` is set
-    /// then, it has no effect, since the thread clears it when it reads the orders.
+    /// The smallest change that ends the step under way; the default between steps. A flag `stop` set between steps
+    /// ends nothing, since the thread clears it when it reads the orders.
     interruptible_by: Change,
 }
 

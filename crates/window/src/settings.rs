@@ -79,8 +79,8 @@ impl Settings {
     pub(crate) fn recipe(&self) -> Recipe {
         // A grating by Maxwell's equations contains its refractive index and conserves energy by itself, so
         // `conserve_energy` stays unset. Scalar tables of ensembles conserve energy on request; then their albedo, and
-        // so their recipe, depends on the optics. Recipes of other scalar methods have no obliquity, shadowing and
-        // index (but a film's, below), so that a change of these builds nothing.
+        // so their recipe, depends on the optics. Recipes of other scalar methods leave out obliquity, shadowing and
+        // index, so that a change of these builds nothing. Only the index of a film, below, stays.
         let is_rigorous = self.surface.theory == Theory::Rigorous;
         let conserves = !is_rigorous
             && self.surface.conserve_energy == Some(true)

@@ -96,7 +96,7 @@ def table_bytes(parameters: Mapping[str, Value]) -> float:
     transmission = parameters.get("transmission", "none")
     if transmission == "none":
         return float(describe(parameters)["table_bytes_estimate"])
-    # The command knows ``eta`` alone. The medium above is air, so the index of the medium below is its equal.
+    # The command has no ``int_ior``, the index of the medium below. It equals ``eta``, since the medium above is air.
     eta = parameters.get("eta", parameters.get("int_ior", _BODY_ETA))
     given = {key: value for key, value in parameters.items() if key not in _OPTICS}
     given |= {"transmission": transmission, "eta": _BODY_ETA if isinstance(eta, str) else eta}

@@ -38,7 +38,7 @@ from .work import Done, Job, record_of, run_batch
 #: Shortest target duration of a batch in seconds. Longer batches spend less of the time on overhead, some
 #: milliseconds each; shorter ones balance the load better.
 BATCH_SECONDS = 1.0
-#: Target duration of a batch in seconds per thread of all workers, where the sum exceeds BATCH_SECONDS. This
+#: Target duration of a batch in seconds for each thread of all workers, where the product exceeds BATCH_SECONDS. This
 #: process and the scheduler spend some milliseconds on each batch, and must keep up with all threads.
 BATCH_SECONDS_PER_THREAD = 0.01
 #: Largest number of cases in a batch. It limits the size of a message to a worker.
@@ -57,22 +57,22 @@ _RECOUNT_SECONDS = 2.0
 _RESULT_SECONDS = 10.0
 
 
-def drive(client: Client, job: Job, cases: list[Case], finished: Callable[[int, int], None]) -> None:
+def drive(client: Client, job: Job, cases: list[Case], on_finished: Callable[[int, int], None]) -> None:
     """Computes all cases on the client's workers, which write the results.
 
-    After every batch it calls ``finished`` with the batch's numbers of cases and of failed cases. The scheduler has few
-    batches at a time, so its memory does not grow with the number of cases.
+    After every batch it calls ``on_finished`` with the batch's numbers of cases and of failed cases. The scheduler has
+    few batches at a time, so its memory does not grow with the number of cases.
 
     Raises :class:`SweepError` where the sweep cannot continue.
     """
-    _Driver(client, job, cases, finished).run()
+    _Driver(client, job, cases, on_finished).run()
 
 
 class _Driver:
     """State of a sweep under way: waiting, submitted and suspect cases."""
 
-    def __init__(self, client: Client, job: Job, cases: list[Case], finished: Callable[[int, int], None]):
-        self._client, self._job, self._finished = client, job, finished
+    def __init__(self, client: Client, job: Job, cases: list[Case], on_finished: Callable[[int, int], None]):
+        self._client, self._job, self._on_finished = client, job, on_finished
         # Cases that were not submitted yet.
         self._waiting: deque[Case] = deque(cases)
         # Cases of batches that killed their workers, each to be submitted in a batch of its own.
@@ -105,7 +105,7 @@ class _Driver:
                 if self._client.status != "running":
                     raise self._lost() from None
                 continue
-            self._take(future, self._submitted.pop(future))
+            self._collect(future, self._submitted.pop(future))
             self._submit_batches()
 
     def _submit_batches(self) -> None:
@@ -154,7 +154,7 @@ class _Driver:
         equal_parts = max(1, len(self._waiting) // (_BATCHES_PER_THREAD * self._threads))
         return max(1, min(int(target_seconds / self._case_seconds), BATCH_CASES_MAX, equal_parts))
 
-    def _take(self, future: Future[Done], batch: list[Case]) -> None:
+    def _collect(self, future: Future[Done], batch: list[Case]) -> None:
         """Collects the result or the error of a batch that ended.
 
         Raises :class:`SweepError` where the sweep cannot continue.
@@ -180,13 +180,13 @@ class _Driver:
             # The connection can also be lost after the status was read.
             raise self._lost() from lost
         if done is None:
-            self._take_error(error, batch)
+            self._handle_error(error, batch)
             return
         # The scheduler may forget the result.
         future.release()
-        self._take_result(done)
+        self._count_result(done)
 
-    def _take_result(self, done: Done) -> None:
+    def _count_result(self, done: Done) -> None:
         """Measures and counts the cases of a computed batch. Raises :class:`SweepError` for its fatal error."""
         # `has_failed` has an entry for each computed case. A batch with a fatal error may have computed none.
         finished = len(done.has_failed)
@@ -194,11 +194,11 @@ class _Driver:
             newest = done.seconds / finished
             mean = self._case_seconds or newest
             self._case_seconds = _NEWEST_WEIGHT * newest + (1 - _NEWEST_WEIGHT) * mean
-        self._finished(finished, sum(done.has_failed.values()))
+        self._on_finished(finished, sum(done.has_failed.values()))
         if done.fatal:
             raise SweepError(done.fatal)
 
-    def _take_error(self, error: Any, batch: list[Case]) -> None:
+    def _handle_error(self, error: Any, batch: list[Case]) -> None:
         """Handles the error of a batch: a KilledWorker error as the head of this file describes, others are fatal.
 
         Raises :class:`SweepError` for a fatal error, and where the record of a failed case cannot be written.
@@ -214,7 +214,7 @@ class _Driver:
             self._suspects.append(case)
             return
         self._record_deadly(case)
-        self._finished(1, 1)
+        self._on_finished(1, 1)
 
     def _record_deadly(self, case: Case) -> None:
         """Records as failed a case that killed its workers. Raises :class:`SweepError` where that is impossible."""

@@ -139,7 +139,7 @@ SURFACE: dict[str, Accepted] = {
     "build_limit": Numbers(1, 1e6),
 }
 #: Parameters of Mitsuba's BSDF alone. They belong to a surface or to a setting.
-SCENE: dict[str, Accepted] = {
+BSDF_ONLY: dict[str, Accepted] = {
     "material": Text(),
     # Refractive indices, or names of media.
     "int_ior": NumberOrText(Numbers(1, 4)),
@@ -158,7 +158,7 @@ LIGHT: dict[str, Accepted] = {
     "phi_i_deg": Numbers(-360, 360, "degrees"),
 }
 #: All parameters in the order of the columns of a sweep's results.
-PARAMETERS: dict[str, Accepted] = {**SOURCE, **SURFACE, **SCENE, **LIGHT}
+PARAMETERS: dict[str, Accepted] = {**SOURCE, **SURFACE, **BSDF_ONLY, **LIGHT}
 
 
 def check_value(where: str, name: str, value: object) -> Value:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from .._surface import Surface
-from .limits import LIGHT, SCENE, Value
+from .limits import BSDF_ONLY, LIGHT, Value
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -59,11 +59,11 @@ class Reflector(Protocol):
 def make_reflector(parameters: Mapping[str, Value]) -> Reflector:
     """Builds the surface's tables, or reads them from the disk cache. The angles of light in ``LIGHT`` are ignored.
 
-    Parameters in ``SCENE`` (``material``, ``rotation``, …) need Mitsuba's BSDF; other surfaces use the C interface.
+    Parameters in ``BSDF_ONLY`` (``material``, ``rotation``, …) need Mitsuba's BSDF; other surfaces use the C interface.
     Raises ``SunbeamError`` or :class:`ReflectorError` where the surface is refused.
     """
     surface = {name: value for name, value in parameters.items() if name not in LIGHT}
-    return _MitsubaReflector(surface) if any(name in SCENE for name in surface) else _LibraryReflector(surface)
+    return _MitsubaReflector(surface) if any(name in BSDF_ONLY for name in surface) else _LibraryReflector(surface)
 
 
 class _LibraryReflector:
@@ -96,7 +96,7 @@ class _MitsubaReflector:
         try:
             self._bsdf = mi.load_dict({"type": "diffraction", **bsdf_entries(parameters)})
         except RuntimeError as error:
-            raise ReflectorError(one_line(error)) from error
+            raise ReflectorError(last_line(error)) from error
 
     def eval(self, wi: Iterable[float], wo: Floats, wavelengths_nm: Iterable[float]) -> Floats:
         mi = mitsuba()
@@ -160,7 +160,7 @@ def use_variant(name: str) -> None:
     try:
         mi.set_variant(name)
     except (ImportError, RuntimeError, AttributeError) as error:
-        raise ReflectorError(f"the variant {name} does not run here: {one_line(error)}") from error
+        raise ReflectorError(f"the variant {name} does not run here: {last_line(error)}") from error
 
 
 @contextmanager
@@ -190,7 +190,7 @@ def bsdf_entries(parameters: Mapping[str, Value]) -> dict[str, Any]:
     return entries
 
 
-def one_line(error: BaseException) -> str:
+def last_line(error: BaseException) -> str:
     """The last line of an error's message, in which Mitsuba names the fault."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return lines[-1] if lines else type(error).__name__

@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 
 from .limits import PARAMETERS, Numbers, Truth
 from .spec import Case, Spec
-from .store import SUMMARY, TABLE, TIMES, StoreError, picture_name, read_result, write_whole
+from .store import SUMMARY, TABLE, TIMES, StoreError, picture_path, read_result, write_whole
 from .wants import Column
 
 #: Arrow type of each kind of column (Column.kind). The last three kinds are tables within a cell, each row a struct:
@@ -109,7 +109,7 @@ def read_rows(folder: Path, cases: list[Case]) -> Iterator[Row]:
         for ending in record["pictures"]:
             # The path of map.exr is in the column map_exr, that of strip.png in colour_strip.
             column = "colour_strip" if ending == "strip.png" else ending.replace(".", "_")
-            cells[column] = picture_name(case.identity, ending)
+            cells[column] = picture_path(case.identity, ending)
         yield Row(cells, record)
 
 

@@ -14,7 +14,7 @@ Each ``[[surface]]`` and ``[settings]`` give combinations of parameters (samplin
 of its *variants*, here a file. Every variant under every setting is a case, a row of the results. Each
 ``[want.NAME]`` is a *want*, a group of computed figures with its options (wants/want.py).
 
-Parameters are those of the heights (SOURCE), of the library (SURFACE), of Mitsuba's BSDF (SCENE) and of the light
+Parameters are those of the heights (SOURCE), of the library (SURFACE), of Mitsuba's BSDF (BSDF_ONLY) and of the light
 (LIGHT). KEYS (``combine``, ``count``, ``seed``) say how the values of a table of the specification are combined.
 """
 
@@ -31,7 +31,7 @@ from pathlib import Path
 from typing import Any
 
 from .errors import SweepError
-from .limits import LIGHT, SCENE, SOURCE, SURFACE, Text, Value, check_keys, shown
+from .limits import BSDF_ONLY, LIGHT, SOURCE, SURFACE, Text, Value, check_keys, shown
 from .sampling import KEYS, ROWS_MAX, Combinations, read_combinations
 from .wants import WANTS, Want
 
@@ -99,7 +99,7 @@ class Spec:
         used = set(self.settings.names) | set(_LIGHT_DEFAULTS)
         for surface in self.surfaces:
             used |= set(surface.combinations.names)
-        return [name for name in (*SOURCE, *SURFACE, *SCENE, *LIGHT) if name in used]
+        return [name for name in (*SOURCE, *SURFACE, *BSDF_ONLY, *LIGHT) if name in used]
 
     def cases(self, version: str) -> Iterator[Case]:
         """Yields the different cases in the order of the rows: by surface, then by setting.
@@ -187,7 +187,7 @@ def _values_of(spec: Spec) -> dict[str, set[Value]]:
 
 def _settings(table: object) -> Combinations:
     """Reads the table ``[settings]``. Raises :class:`SweepError` for keys and values that are not accepted."""
-    accepted = [*SURFACE, *SCENE, *LIGHT]
+    accepted = [*SURFACE, *BSDF_ONLY, *LIGHT]
     return read_combinations("settings", check_keys("settings", table, [*KEYS, *accepted]), accepted)
 
 
@@ -197,7 +197,7 @@ def _surface(where: str, table: object, folder: Path, settings: Combinations) ->
     Its parameters may not be in ``settings`` as well. Raises :class:`SweepError` for keys and values that are not
     accepted.
     """
-    accepted = [*SOURCE, *SURFACE, *SCENE]
+    accepted = [*SOURCE, *SURFACE, *BSDF_ONLY]
     given = dict(check_keys(where, table, [*_SURFACE_KEYS, *KEYS, *accepted]))
     name: object = ""
     if "name" in given:

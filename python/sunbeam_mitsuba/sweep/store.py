@@ -70,7 +70,7 @@ def write_whole(path: Path, content: bytes) -> None:
         raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
-def picture_name(identity: str, ending: str) -> str:
+def picture_path(identity: str, ending: str) -> str:
     """Path of a picture relative to the sweep's folder. ``ending``, such as ``map.exr``, is unique within a case."""
     return f"pictures/{identity[:2]}/{identity}-{ending}"
 
@@ -89,7 +89,7 @@ def write_result(folder: Path, record: Mapping[str, Any], pictures: Mapping[str,
     identity = record["identity"]
     sizes = {}
     for ending, content in pictures.items():
-        write_whole(folder / picture_name(identity, ending), content)
+        write_whole(folder / picture_path(identity, ending), content)
         sizes[ending] = len(content)
     text = json.dumps({**record, "pictures": sizes}, allow_nan=False, sort_keys=True)
     write_whole(result_path(folder, identity), text.encode())
@@ -108,7 +108,7 @@ def read_result(folder: Path, identity: str) -> dict[str, Any] | None:
         return None
     for ending, size in pictures.items():
         try:
-            if os.stat(folder / picture_name(identity, ending)).st_size != size:
+            if os.stat(folder / picture_path(identity, ending)).st_size != size:
                 return None
         except OSError:
             return None
@@ -177,7 +177,7 @@ class Store:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             self._lock.acquire(timeout=0)
-            self._check_places()
+            self._check_writable()
             self._check_owner()
             if fresh:
                 self._remove_results()
@@ -193,7 +193,7 @@ class Store:
             self.close()
             raise
 
-    def _check_places(self) -> None:
+    def _check_writable(self) -> None:
         """Raises :class:`SweepError` where a file or folder of the sweep could not be written.
 
         Reasons are a folder with the name of a file, a file with the name of a folder, and a read-only folder. The

@@ -99,9 +99,8 @@ class HeldSurfaces:
     def get(self, parameters: Mapping[str, Value]) -> Reflector:
         """Returns the surface with these parameters, and builds it if it is not held.
 
-        An instrument's file is converted already (:func:`converted`).
-        Raises :class:`TooLarge` where its build does not fit, and errors of :func:`estimated_peak_bytes` and
-        ``make_reflector``.
+        An instrument's file must be converted already (:func:`converted`). Raises :class:`TooLarge` where the build
+        does not fit, and errors of :func:`estimated_peak_bytes` and ``make_reflector``.
         """
         key = _key(parameters)
         if key in self._held:

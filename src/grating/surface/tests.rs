@@ -53,12 +53,13 @@ impl OrderSolver for ClosedForm {
         // Propagating orders m have |b + m| ≤ t. The Bloch phase b is taken for the wave number of order 0.
         let first = -((t + b).floor());
         let count = ((t - b).floor() + (t + b).floor()) as usize + 1;
-        let alpha = |i: usize| b + first + i as f64;
+        // Wave number along x of the order with the order number i, in units of 2π/d.
+        let wave_number = |i: usize| b + first + i as f64;
         // A channel is an order on a side: the propagating orders above, then those below.
         let channels = count * self.sides;
         // Efficiency between two channels.
         let between = |from: usize, to: usize, nm: f64| {
-            let (a, c) = (alpha(from % count), alpha(to % count));
+            let (a, c) = (wave_number(from % count), wave_number(to % count));
             efficiency(t, a, c, nm) * film_factor([from / count, to / count], a, c)
         };
         let matrix = |&nm: &f64| (0..channels * channels).map(|at| between(at / channels, at % channels, nm)).collect();

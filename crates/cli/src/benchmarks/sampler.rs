@@ -43,7 +43,7 @@ pub struct SamplerRow {
 
 /// Statistics of `samples` weights for each combination of [`THETAS_DEG`], [`PHIS_DEG`] and [`WAVELENGTHS_NM`]. The
 /// wavelength varies fastest.
-pub fn sampler(surface: &Surface, samples: usize) -> Vec<SamplerRow> {
+pub fn weight_statistics(surface: &Surface, samples: usize) -> Vec<SamplerRow> {
     let mut incidences = Vec::new();
     for theta_deg in THETAS_DEG {
         for phi_deg in PHIS_DEG {
@@ -52,14 +52,20 @@ pub fn sampler(surface: &Surface, samples: usize) -> Vec<SamplerRow> {
     }
     incidences
         .par_iter()
-        .map(|&(theta_deg, phi_deg, nm)| sampler_row(surface, theta_deg, phi_deg, nm, samples))
+        .map(|&(theta_deg, phi_deg, nm)| weight_statistics_at(surface, theta_deg, phi_deg, nm, samples))
         .collect()
 }
 
 /// Statistics of `samples` weights at one incidence and wavelength; 0 samples count as 1.
 ///
 /// Every call draws the same random numbers, so that results repeat.
-pub fn sampler_row(surface: &Surface, theta_deg: f64, phi_deg: f64, wavelength_nm: f64, samples: usize) -> SamplerRow {
+pub fn weight_statistics_at(
+    surface: &Surface,
+    theta_deg: f64,
+    phi_deg: f64,
+    wavelength_nm: f64,
+    samples: usize,
+) -> SamplerRow {
     // An arbitrary fixed seed.
     let mut random = Pcg64::seed_from_u64(31);
     let wi = direction_from_degrees(theta_deg, phi_deg);

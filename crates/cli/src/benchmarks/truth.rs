@@ -41,8 +41,8 @@ use sunbeam::transform::{OrderTransform, chebyshev_terms};
 const REMAINDER: f64 = 1e-12;
 /// Largest exponent a·d² ([`Axis`]) of a Gaussian that is summed. The others are below e⁻²⁹ = 2.5e-13, near rounding.
 const EXPONENT_MAX: f64 = 29.0;
-/// Step between the wavelengths that [`Truth::check`] compares, as a number of wavelengths modulo their count. It is a
-/// large prime, so that the checks spread over all wavelengths.
+/// Step between the indices of the wavelengths that [`Truth::check`] compares, modulo the number of wavelengths. It is
+/// a large prime, so that the checks spread over all wavelengths.
 const CHECK_STRIDE: usize = 7919;
 
 /// `S/λ²` in 1/sr of both models, for a periodic tile.

@@ -2,7 +2,8 @@
 //!
 //! P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström, M. D. Fairchild, *FLIP: A Difference Evaluator
 //! for Alternating Images*, Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020. The input is 8-bit sRGB. The viewing
-//! distance is the default of the authors: 67 pixels per degree, which a monitor of 3840 pixels on 0.7 m has at 0.7 m.
+//! distance is the default of the authors: 67 pixels per degree, as on a monitor of 3840 pixels and 0.7 m width that is
+//! seen from 0.7 m.
 
 use super::DisplayPair;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageFloat, FlipImageRgb8, magma_lut};

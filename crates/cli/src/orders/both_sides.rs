@@ -111,9 +111,9 @@ fn te_tm(pair: &BodyOrder, wi: Vec3, x: f64) -> Option<[f64; 2]> {
     if wi[1].abs() > ACROSS {
         return None;
     }
-    // The first letter is the outgoing state, the second the incident one. Along the normal the names s and p are
-    // arbitrary. So the states of the direction farther from the normal decide which light is TE, and the powers are
-    // summed over the states of the other direction.
+    // The first letter is the outgoing state, the second the incident one. One direction may be the normal, along which
+    // the names s and p are arbitrary. So the states of the direction with the larger tangential component decide which
+    // light is TE, and the powers are summed over the states of the other direction.
     let [ss, sp, ps, pp] = pair.powers;
     Some(if x.abs() > wi[0].abs() { [ss + sp, ps + pp] } else { [ss + ps, sp + pp] })
 }

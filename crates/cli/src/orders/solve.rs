@@ -91,7 +91,7 @@ pub(super) struct Order {
     pub(super) theta_deg: f64,
     /// Azimuth of `direction` from +x towards +y.
     pub(super) phi_deg: f64,
-    /// Unit vector in which the order leaves.
+    /// Unit vector along which the order leaves.
     pub(super) direction: Vec3,
     /// Efficiency for TE light, whose magnetic field has no component along the grooves. By the scalar theory it is
     /// known only for bodies that transmit, with the plane of incidence perpendicular to the grooves, else `None`.

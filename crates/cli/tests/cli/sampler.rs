@@ -5,7 +5,7 @@ use sunbeam::height_field::Preset;
 use sunbeam::lobe::Surface;
 use sunbeam::scattering::Options;
 use sunbeam::table::Tiling;
-use sunbeam_cli::benchmarks::sampler::{sampler, sampler_row};
+use sunbeam_cli::benchmarks::sampler::{weight_statistics, weight_statistics_at};
 
 /// Deviation of a Monte Carlo mean in standard errors; 6e-5 of all seeds exceed it.
 const STANDARD_ERRORS: f64 = 4.0;
@@ -30,7 +30,7 @@ const LARGEST: f64 = 40.0;
 
 /// Compares the statistics of a surface with the limits.
 fn assert_weights(name: &str, surface: &Surface, limits: (f64, f64)) {
-    for row in sampler(surface, SAMPLES) {
+    for row in weight_statistics(surface, SAMPLES) {
         let deviation = if row.theta_deg > 80.0 { limits.1 } else { limits.0 };
         assert!(row.relative_std <= deviation, "{name}: {row:?}");
         assert!(row.p999_to_mean <= PERCENTILE, "{name}: {row:?}");
@@ -63,7 +63,7 @@ fn weights_average_to_the_albedo() {
     for name in [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar] {
         let surface = build(&preset(name), &Options::default());
         for theta in [0.0, 30.0, 60.0, 75.0, 85.0] {
-            let row = sampler_row(&surface, theta, 25.0, 530.0, 50_000);
+            let row = weight_statistics_at(&surface, theta, 25.0, 530.0, 50_000);
             let albedo = surface.albedo(direction(theta, 25.0), 530.0).unwrap();
             let error = row.mean * row.relative_std / 50_000f64.sqrt();
             // 1e-3 covers the error of the tables.

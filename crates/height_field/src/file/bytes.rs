@@ -1,5 +1,9 @@
 //! Reader of little-endian numbers from bytes. Reading beyond the end is an error.
 
+/// Upper bound on the compression ratio of Deflate (1032), with a margin for headers. It bounds the memory for a
+/// damaged file.
+pub(super) const DEFLATE_RATIO_MAX: u64 = 1040;
+
 /// Reader that holds the unread rest of a file's bytes. Every method that returns bytes or a number advances it.
 ///
 /// # Errors

@@ -21,7 +21,7 @@ fn check_size(bytes: &[u8]) -> Result<(), String> {
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
     for header in &meta.headers {
         let (Vec2(width, height), channels) = (header.layer_size, header.channels.list.len());
-        // All channels are decoded, even if there are too many.
+        // `parse` decodes all channels before it refuses a file with more than one.
         let points = width.checked_mul(height).and_then(|points| points.checked_mul(channels));
         if points.is_none_or(|points| points / POINTS_PER_BYTE_MAX > bytes.len()) {
             return Err(format!("{width} × {height} × {channels} points do not fit into {} bytes", bytes.len()));

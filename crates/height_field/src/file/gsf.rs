@@ -14,6 +14,12 @@ const MAGIC: &[u8] = b"Gwyddion Simple Field 1.0\n";
 /// Metres in a µm.
 const M_PER_UM: f64 = 1e-6;
 
+/// Position of the data after a header that ends at `header_end`: the next multiple of four, so that one to four NUL
+/// bytes lie between.
+const fn data_position(header_end: usize) -> usize {
+    (header_end / 4 + 1) * 4
+}
+
 /// Reads a field. Without `ZUnits` the heights' unit is unknown. Without `XYUnits`, `XReal` or `YReal` the pixel size
 /// is unknown. `channel_option` must be `None`, since the format has a single channel.
 pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
@@ -32,8 +38,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
     };
     let (nx, ny) = (count("XRes")?, count("YRes")?);
     let header_end = MAGIC.len() + end;
-    // One to four NUL bytes, up to a multiple of four.
-    let data_start = (header_end / 4 + 1) * 4;
+    let data_start = data_position(header_end);
     let expected = data_length(nx, ny, Number::F32)?;
     let data = bytes.get(data_start..).unwrap_or_default();
     if data.len() != expected {
@@ -75,8 +80,7 @@ pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
         ly * M_PER_UM
     );
     bytes.extend_from_slice(header.as_bytes());
-    // One to four NUL bytes, up to a multiple of four.
-    bytes.resize((bytes.len() / 4 + 1) * 4, 0);
+    bytes.resize(data_position(bytes.len()), 0);
     bytes.extend(field.rows_from_top().flat_map(|h| ((h * M_PER_UM) as f32).to_le_bytes()));
     Ok(bytes)
 }

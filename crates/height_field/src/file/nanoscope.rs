@@ -179,16 +179,16 @@ pub(super) fn pixel_size(image: &Section, header: &[Section], (nx, ny): (usize, 
     let (dx, dy) = (x * unit_um / nx as f64, y * unit_um / ny as f64);
     let Ok(ratio) = image.text("Aspect ratio") else { return Ok(Pixel::Um(dx, dy)) };
     let parts = ratio.split_once(':').and_then(|(a, b)| Some((positive_number(a)?, positive_number(b)?)));
-    let (across, down) = parts.ok_or_else(|| format!("Aspect Ratio is \"{ratio}\", not two numbers"))?;
-    if across == down {
+    let (ratio_x, ratio_y) = parts.ok_or_else(|| format!("Aspect Ratio is \"{ratio}\", not two numbers"))?;
+    if ratio_x == ratio_y {
         return Ok(Pixel::Um(dx, dy));
     }
-    // The sides have the aspect ratio `across : down`, that is x : y.
-    if (across * y / (down * x) - 1.0).abs() < SIDES_AGREEMENT {
+    // The sides have the aspect ratio.
+    if (ratio_x * y / (ratio_y * x) - 1.0).abs() < SIDES_AGREEMENT {
         return Ok(Pixel::Um(dx, dy));
     }
     // The numbers of points have the aspect ratio to within one point.
-    let points_agree = (across * ny as f64 - down * nx as f64).abs() <= across.max(down);
+    let points_agree = (ratio_x * ny as f64 - ratio_y * nx as f64).abs() <= ratio_x.max(ratio_y);
     if points_agree && x == y {
         return Ok(Pixel::Um(dx, dx));
     }

@@ -1,8 +1,9 @@
 //! PNG: grey of 8 or 16 bits, from the top row on. Black is height 0. White, the *full scale* 255 or 65535, is the
 //! largest height.
 
+use super::bytes::DEFLATE_RATIO_MAX;
 use super::raw::FirstRow;
-use super::units::UM_PER_M;
+use super::units::{PIXELS_PER_METRE_MIN, UM_PER_M};
 use super::{Meaning, Parsed, Raw, channel};
 use crate::HeightField;
 use ndarray::Array2;
@@ -13,13 +14,6 @@ use std::io::Cursor;
 const MAX_HEIGHT: &str = "max_height_um";
 /// Keywords of the text chunks with the pixel size along x and y in µm.
 const PIXEL_SIZE: [&str; 2] = ["pixel_size_x_um", "pixel_size_y_um"];
-/// Smallest resolution that counts as a measured pixel size: 10 µm a pixel, 2540 dots an inch. Lower resolutions are
-/// those of printers and screens.
-const PIXELS_PER_METRE_MIN: u32 = 100_000;
-
-/// Upper bound on the compression ratio of Deflate (1032), with a margin for headers. It bounds the memory for a
-/// damaged file.
-const DEFLATE_RATIO_MAX: usize = 1040;
 
 /// Reads a picture of grey. The pixel size comes from the text chunks if both exist, otherwise from the resolution.
 /// `channel_option` must be `None`, since the format has a single channel.
@@ -34,7 +28,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
         }
     };
     let length = reader.output_buffer_size().ok_or("it is too large")?;
-    if length / DEFLATE_RATIO_MAX > bytes.len() {
+    if length as u64 / DEFLATE_RATIO_MAX > bytes.len() as u64 {
         return Err(format!("its {length} bytes of grey do not fit into {} packed ones", bytes.len()));
     }
     let mut buffer = vec![0; length];

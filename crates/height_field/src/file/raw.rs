@@ -14,7 +14,7 @@ use ndarray::{Array2, Axis};
 use std::path::Path;
 
 /// Largest relative difference between the option's scale and the file's that counts as agreement. Rounding to seven
-/// decimal digits changes less. So does rounding to whole pixels per metre in a PNG, for pixels of up to 2 µm. Larger
+/// decimal digits changes less, as does rounding to whole pixels per metre in a PNG for pixels of up to 2 µm. Larger
 /// values overlook contradictions; smaller ones refuse rounded options.
 const AGREEMENT: f64 = 1e-6;
 

@@ -8,7 +8,7 @@
 use super::channel::{self, Channel, ValueKind};
 use super::provenance::{Source, Understood};
 use super::raw::FirstRow;
-use super::units::{UM_PER_M, micrometres};
+use super::units::{PIXELS_PER_METRE_MIN, UM_PER_M, micrometres};
 use super::{Meaning, Parsed, Raw};
 use ndarray::Array2;
 use std::io::Cursor;
@@ -17,10 +17,8 @@ use tiff::decoder::ifd::Value;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
-/// Smallest resolution that counts as a measured pixel size: 10 µm a pixel, 2540 dots an inch. Lower resolutions are
-/// those of printers and screens.
-const PIXELS_PER_METRE_MIN: f64 = 100_000.0;
-/// Private tags in which instruments store the heights, beside a preview in colours, each with the manufacturer.
+/// Private tags in which instruments store the heights of a file whose pages are a preview in colours, each with the
+/// manufacturer.
 const PRIVATE: [(u16, &str); 3] = [(50432, "Park Systems"), (50434, "Park Systems"), (50435, "Park Systems")];
 /// Largest number of pages that are searched, which bounds the time for a damaged file.
 const PAGES_MAX: usize = 65_536;
@@ -105,7 +103,7 @@ fn read_pixel_um(pages: &mut Pages, description: Option<&Description>) -> Result
         Some(3) => 100.0,
         _ => return Ok(None),
     };
-    let is_measure = x.min(y) * per_metre >= PIXELS_PER_METRE_MIN;
+    let is_measure = x.min(y) * per_metre >= f64::from(PIXELS_PER_METRE_MIN);
     Ok(is_measure.then(|| (UM_PER_M / (x * per_metre), UM_PER_M / (y * per_metre))))
 }
 
@@ -154,25 +152,25 @@ fn value_size(kind: u64) -> u64 {
 fn check_tags(bytes: &[u8]) -> Result<(), String> {
     let is_little = bytes.starts_with(b"II");
     // The unsigned integer of `size` bytes at byte `at`, in the file's byte order; `None` beyond the end of the file.
-    let number = |at: usize, size: usize| -> Option<u64> {
+    let uint_at = |at: usize, size: usize| -> Option<u64> {
         let stored = bytes.get(at..at.checked_add(size)?)?;
         let append = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
         Some(if is_little { stored.iter().rev().fold(0, append) } else { stored.iter().fold(0, append) })
     };
     // Sizes in bytes of a directory's count of entries, of one entry, and of an offset. Version 43 is BigTIFF.
-    let (count_size, entry_size, offset_size) = if number(2, 2) == Some(43) { (8, 20, 8) } else { (2, 12, 4) };
+    let (count_size, entry_size, offset_size) = if uint_at(2, 2) == Some(43) { (8, 20, 8) } else { (2, 12, 4) };
     // Position of the next directory; 0 after the last. The position of the first directory is stored at byte 4, in
     // BigTIFF at byte 8: both equal the size of an offset.
-    let mut next = number(offset_size, offset_size);
+    let mut next = uint_at(offset_size, offset_size);
     // Sum over all directories: more bytes than the file has mean that directories refer to each other in a circle.
     let mut bytes_read = 0;
     while let Some(at) = next.and_then(|at| usize::try_from(at).ok()).filter(|at| *at != 0) {
-        let Some(entries) = number(at, count_size).and_then(|count| usize::try_from(count).ok()) else { break };
+        let Some(entries) = uint_at(at, count_size).and_then(|count| usize::try_from(count).ok()) else { break };
         for entry in 0..entries {
             bytes_read += entry_size;
             // An entry is the tag's number (u16), type (u16), count and values.
             let start = at + count_size + entry * entry_size;
-            let (Some(kind), Some(count)) = (number(start + 2, 2), number(start + 4, offset_size)) else { break };
+            let (Some(kind), Some(count)) = (uint_at(start + 2, 2), uint_at(start + 4, offset_size)) else { break };
             if bytes_read > bytes.len() {
                 return Err("its directories refer to each other in a circle".to_owned());
             }
@@ -182,7 +180,7 @@ fn check_tags(bytes: &[u8]) -> Result<(), String> {
         }
         bytes_read += count_size;
         let end = entries.checked_mul(entry_size).and_then(|length| length.checked_add(at + count_size));
-        next = end.filter(|_| bytes_read <= bytes.len()).and_then(|end| number(end, offset_size));
+        next = end.filter(|_| bytes_read <= bytes.len()).and_then(|end| uint_at(end, offset_size));
     }
     Ok(())
 }

@@ -5,6 +5,9 @@
 
 /// µm in a metre.
 pub(super) const UM_PER_M: f64 = 1e6;
+/// Smallest resolution of a picture that counts as a measured pixel size: 10 µm a pixel, 2540 dots an inch. Lower
+/// resolutions are those of printers and screens.
+pub(super) const PIXELS_PER_METRE_MIN: u32 = 100_000;
 /// µm in an ångström.
 const UM_PER_ANGSTROM: f64 = 1e-4;
 /// SI prefixes: symbol, name, and µm in a metre with this prefix. [`MICRO`] has more symbols of micro.

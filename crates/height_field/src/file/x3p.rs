@@ -5,7 +5,7 @@
 //! is the axis of the heights. A file may hold several *layers*, maps of equal size. The archive's CRC is verified, the
 //! MD5 checksums are not.
 
-use super::bytes::{Number, data_length};
+use super::bytes::{DEFLATE_RATIO_MAX, Number, data_length};
 use super::channel::{self, Channel};
 use super::raw::FirstRow;
 use super::units::UM_PER_M;
@@ -18,9 +18,6 @@ use zip::ZipArchive;
 
 /// Name of the XML description in the archive.
 const DESCRIPTION: &str = "main.xml";
-/// Upper bound on the compression ratio of Deflate (1032), with a margin for headers. It bounds the memory for a
-/// damaged file.
-const DEFLATE_RATIO_MAX: u64 = 1040;
 
 /// The archive, and the folder in it that contains the description.
 struct Archive<'a> {

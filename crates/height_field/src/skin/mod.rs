@@ -161,8 +161,8 @@ impl Lattice {
             if t > shape.reach {
                 continue;
             }
-            // Opacity of the finger that covers the position most, and the height of its surface.
-            let (mut cover, mut surface_um) = (0.0_f64, 0.0);
+            // Opacity of the most opaque finger at the position, and the height of its surface.
+            let (mut opacity_max, mut surface_um) = (0.0_f64, 0.0);
             for (finger, q) in self.near(layer, position.v + shape.lean * t) {
                 let half = (shape.half_width)(t, finger);
                 // A flank is no wider than the finger.
@@ -170,11 +170,11 @@ impl Lattice {
                 // Falls from 1 at |q| = half − flank/2 to 0 at |q| = half + flank/2; 0 where the finger has no width.
                 let opacity =
                     if half > 0.0 { smooth_step(half + 0.5 * flank, half - 0.5 * flank, q.abs()) } else { 0.0 };
-                if opacity > cover {
-                    (cover, surface_um) = (opacity, (shape.surface_um)(t, q, finger));
+                if opacity > opacity_max {
+                    (opacity_max, surface_um) = (opacity, (shape.surface_um)(t, q, finger));
                 }
             }
-            height_um = mix(height_um, surface_um, cover);
+            height_um = mix(height_um, surface_um, opacity_max);
         }
         height_um
     }

@@ -116,8 +116,8 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
     HeightField::new(heights, extent_um / PIXELS as f64, extent_um / PIXELS as f64)
 }
 
-/// Adds a granule, a small Gaussian bump, to some tips and a deep dent to about as many pits. Radii (standard
-/// deviations) and heights are in µm.
+/// Adds a granule, a small Gaussian bump, to about 12 % of the tips and a deep dent to about 12 % of the pits. Radii
+/// (standard deviations) and heights are in µm.
 fn add_granules(heights: &mut Array2<f64>, lattice: &Lattice, random: &mut Random) {
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {

@@ -158,7 +158,7 @@ fn transported_up(up: DVec3, forward: DVec3, next: DVec3, chord: DVec3) -> DVec3
     let reflect = |x: DVec3, axis: DVec3| x - axis * (2.0 * axis.dot(x) / axis.length_squared());
     let reflected_forward = reflect(forward, chord);
     let reflected_up = reflect(up, chord);
-    // The first reflection about reverses `forward`; the second maps the result to `next`.
+    // The first reflection nearly reverses `forward`; the second maps the result to `next`.
     reflect(reflected_up, next - reflected_forward)
 }
 

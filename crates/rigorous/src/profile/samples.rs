@@ -62,7 +62,7 @@ impl Corner {
         }
     }
 
-    /// This corner one period of n samples later.
+    /// The corner one period of n samples later.
     fn in_next_period(self, n: usize) -> Self {
         match self {
             Self::Wall(i) => Self::Wall(i + n),

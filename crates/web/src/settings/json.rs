@@ -65,8 +65,8 @@ pub(super) fn serialised(value: &impl Serialize) -> String {
 }
 
 /// The fields of the object `value` that `base` lacks or has with another value; objects are compared field by field.
-/// `None` if there are none. Fields that only `base` has are ignored, so serialisation may skip only fields that the
-/// default lacks, too.
+/// `None` if there are none. Fields that only `base` has are ignored, so a field that the default settings serialise
+/// must always be serialised.
 fn difference(value: serde_json::Value, base: &serde_json::Value) -> Option<serde_json::Value> {
     use serde_json::Value;
     match (value, base) {

@@ -35,7 +35,7 @@ pub(crate) const SUN_ELEVATION_DEG: RangeInclusive<f64> = Light::ELEVATION_MIN_D
 const MAP_THETA_DEG: RangeInclusive<f64> = 0.0..=89.9;
 /// Divisor of the width and height of the pigment texture in a draft, the coarse scene that is shown first. A larger
 /// one shows the draft sooner; a smaller one makes it less blurred.
-const DRAFT_PIGMENT: usize = 4;
+const DRAFT_PIGMENT_DIVISOR: usize = 4;
 /// [`Settings::resolution`] of a draft, below all accepted values. A smaller one shows the draft sooner; a larger one
 /// makes its outline smoother.
 const DRAFT_RESOLUTION: f64 = 0.35;
@@ -318,7 +318,7 @@ impl Settings {
     /// The errors of [`Settings::scene`].
     pub fn draft_scene(&self) -> Result<(Mesh, PigmentTexture), WebError> {
         let (width, height) = PIGMENT_SIZE;
-        let pigment = (width / DRAFT_PIGMENT, height / DRAFT_PIGMENT);
+        let pigment = (width / DRAFT_PIGMENT_DIVISOR, height / DRAFT_PIGMENT_DIVISOR);
         Ok(self.shape.make(DRAFT_RESOLUTION, pigment)?)
     }
 }

@@ -6,8 +6,8 @@
 //! refines the picture shown. Pictures are radiance in linear sRGB. `screen.rs` applies the exposure when it copies a
 //! picture to the canvas.
 //!
-//! Exported functions convert errors for JavaScript. Those with several steps call a private function that returns
-//! [`WebError`].
+//! Exported functions convert errors for JavaScript. Those with several steps call a private function, such as
+//! `try_step`, which returns [`WebError`].
 
 use super::quick::read;
 use super::report::thrown;
@@ -65,7 +65,7 @@ thread_local! {
 impl Artist {
     /// Opens a WebGPU device for a canvas, or for drawing without one.
     pub async fn open(canvas: Option<web_sys::OffscreenCanvas>) -> Result<Artist, JsValue> {
-        Self::opened(canvas).await.map_err(thrown)
+        Self::try_open(canvas).await.map_err(thrown)
     }
 
     /// The graphics adapter, as JSON.
@@ -127,7 +127,7 @@ impl Artist {
     /// Draws the next finer picture and shows it. Returns its report as JSON, or nothing if there is no finer picture
     /// or if the drawing was stopped.
     pub async fn step(&self) -> Result<Option<String>, JsValue> {
-        self.stepped().await.map_err(thrown)
+        self.try_step().await.map_err(thrown)
     }
 
     /// Draws the finest picture at once and shows it. Returns its report as JSON. Fails if scene, method or view is
@@ -137,7 +137,7 @@ impl Artist {
             thrown(WebError::Internal("the scene, method or view is missing, or changed during the drawing".to_owned()))
         };
         let finest = self.state.borrow().progressive.job().map(|job| Level::finest(job.view.supersample));
-        self.drawn(finest.ok_or_else(missing)?).await.map_err(thrown)?.ok_or_else(missing)
+        self.draw_level(finest.ok_or_else(missing)?).await.map_err(thrown)?.ok_or_else(missing)
     }
 
     /// Width and height in pixels of the picture shown; zeros before there is one.
@@ -171,7 +171,7 @@ impl Artist {
     /// - `lit`: whether sunlight arrives at the point.
     /// - `rgb`: `f_r` in 1/sr as linear sRGB, the same in light and in shadow.
     pub async fn query(&self, x: f64, y: f64) -> Result<Option<String>, JsValue> {
-        self.queried(x, y).await.map_err(thrown)
+        self.try_query(x, y).await.map_err(thrown)
     }
 
     /// The BRDF map for the unit vector `wi` to the light, in the relief's frame: `f_r` in 1/sr as linear sRGB, three
@@ -179,7 +179,7 @@ impl Artist {
     pub async fn map(&self, wi: &[f32], side: usize) -> Result<Vec<f32>, JsValue> {
         let refused = || thrown(WebError::Internal("a direction is three numbers".to_owned()));
         let wi: [f32; 3] = wi.try_into().map_err(|_| refused())?;
-        self.mapped(wi, side).await.map_err(thrown)
+        self.try_map(wi, side).await.map_err(thrown)
     }
 
     /// Destroys the GPU's device, for tests of its loss.
@@ -190,7 +190,7 @@ impl Artist {
 
 impl Artist {
     /// [`Artist::open`] with Rust's error type.
-    async fn opened(canvas: Option<web_sys::OffscreenCanvas>) -> Result<Self, WebError> {
+    async fn try_open(canvas: Option<web_sys::OffscreenCanvas>) -> Result<Self, WebError> {
         let absent = |reason: &str| WebError::NoWebGpu(format!("this browser gives the page no WebGPU: {reason}"));
         if !wgpu::util::is_browser_webgpu_supported().await {
             return Err(absent("it has none, or no adapter for it"));
@@ -238,7 +238,7 @@ impl Artist {
 
     /// [`Artist::step`] with Rust's error type. After a change of the exposure alone, the picture shown is copied to
     /// the canvas again before a finer one is drawn.
-    async fn stepped(&self) -> Result<Option<String>, WebError> {
+    async fn try_step(&self) -> Result<Option<String>, WebError> {
         let next = {
             let state = self.state.borrow();
             match state.progressive.latest() {
@@ -250,13 +250,13 @@ impl Artist {
             }
         };
         match next {
-            Step::Draw(level) => self.drawn(level).await,
-            Step::Tone(level) => self.toned(level).await,
+            Step::Draw(level) => self.draw_level(level).await,
+            Step::Tone(level) => self.show_again(level).await,
         }
     }
 
     /// Shows the latest picture, of this level, at the current exposure.
-    async fn toned(&self, level: Level) -> Result<Option<String>, WebError> {
+    async fn show_again(&self, level: Level) -> Result<Option<String>, WebError> {
         let start = Instant::now();
         let (shown, is_finest) = {
             let state = self.state.borrow();
@@ -271,7 +271,7 @@ impl Artist {
 
     /// Draws at a level, shows the picture, and returns its report. `None` if scene, method or job is missing, or if
     /// the drawing was a refinement and is out of date.
-    async fn drawn(&self, level: Level) -> Result<Option<String>, WebError> {
+    async fn draw_level(&self, level: Level) -> Result<Option<String>, WebError> {
         let start = Instant::now();
         let frame = self.state.borrow_mut().progressive.frame(&self.gpu, level)?;
         let Some(frame) = frame else { return Ok(None) };
@@ -319,7 +319,7 @@ impl Artist {
     }
 
     /// [`Artist::query`] with Rust's error type.
-    async fn queried(&self, x: f64, y: f64) -> Result<Option<String>, WebError> {
+    async fn try_query(&self, x: f64, y: f64) -> Result<Option<String>, WebError> {
         let (shown, shader) = {
             let state = self.state.borrow();
             (state.shown.clone(), state.progressive.shader().cloned())
@@ -349,7 +349,7 @@ impl Artist {
     }
 
     /// [`Artist::map`] with Rust's error type.
-    async fn mapped(&self, wi: [f32; 3], side: usize) -> Result<Vec<f32>, WebError> {
+    async fn try_map(&self, wi: [f32; 3], side: usize) -> Result<Vec<f32>, WebError> {
         let shader = self.state.borrow().progressive.shader().cloned();
         let Some(shader) = shader else { return Err(WebError::Internal("there is no method yet".to_owned())) };
         // Pixels outside the disc are `None`.

@@ -121,9 +121,9 @@ class Peaks(Want):
     def _peak_deg(self, question: Question, reflector: Reflector, nm: float, period_nm: float) -> float | None:
         """The angle with the largest ``f_r`` at a wavelength in nm, searched around the order of ``period_nm``.
 
-        The result is ``None`` without a peak: where the largest value lies at an end of the search range, and where all
-        values are 0 or one is NaN. So it is where fewer than three angles lie in the range, because almost all of it is
-        below the horizon.
+        The result is ``None`` without a peak: where the largest value lies at an end of the search range, where all
+        values are 0, and where one is NaN. It is also ``None`` for fewer than three angles, as where almost all of the
+        range is below the horizon.
         """
         sin_i = float(np.sin(np.radians(question.theta_i_deg)))
         # Sines of the first and the last angle of the search. The largest spacing has the smallest angle.

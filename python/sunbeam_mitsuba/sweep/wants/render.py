@@ -20,7 +20,7 @@ import numpy as np
 from ..errors import SweepError
 from ..limits import LIGHT, Text, shown
 from ..pictures import exr, png, thumbnail
-from ..reflector import ReflectorError, mitsuba, one_line, one_thread, use_variant
+from ..reflector import ReflectorError, last_line, mitsuba, one_thread, use_variant
 from .exposed import exposed
 from .want import Answer, Column, Options, Question, Want, WantError
 
@@ -149,7 +149,7 @@ class Render(Want):
                     picture = np.array(mi.render(scene, spp=spp, seed=self.seed + number)).astype(np.float64)
                 mean = mean + picture * (spp / self.spp)
         except RuntimeError as error:
-            raise ReflectorError(one_line(error)) from error
+            raise ReflectorError(last_line(error)) from error
         finally:
             resolver.clear()
             for folder in folders_before:

@@ -13,7 +13,7 @@
 //!
 //! - FLSS (full lambda spectral sampling) sums the diffraction orders nearest to the direction of view, at equal steps
 //!   of the wavelength;
-//! - NMM (non-uniform wavelengths) sums such orders only at the wavelengths of which an order leaves towards the
+//! - NMM sums such orders only at the wavelengths of which an order leaves towards the
 //!   viewer. Unless `weighted` is false, each wavelength has the width of the interval that it represents as a weight;
 //! - PQ sums over a finite number of tiles, P along x and Q along y;
 //! - Stam's method knows only the spacing of the relief's grooves along x.
@@ -156,16 +156,16 @@ impl Builder<'_> {
         // Parameters with these options and the surface's tolerance.
         let with = |options: MethodOptions| Parameters { tolerance: None, options };
         // Single 2014: Taylor's series and 3 × 3 orders.
-        let single = MethodOptions { series: Series::Taylor, neighbourhood: Some(3), ..default.clone() };
+        let single_2014 = MethodOptions { series: Series::Taylor, neighbourhood: Some(3), ..default.clone() };
         if self.few {
             self.flss_steps(&with(default), &[5.0, 25.0])?;
-            self.flss_steps(&with(single), &[5.0])?;
+            self.flss_steps(&with(single_2014), &[5.0])?;
             return Ok(());
         }
         let default_counts = self.flss_steps(&with(default.clone()), &STEPS_NM)?;
-        self.flss_steps(&with(single.clone()), &[1.0, 5.0, 10.0, 25.0])?;
+        self.flss_steps(&with(single_2014.clone()), &[1.0, 5.0, 10.0, 25.0])?;
         // Taylor's series with as many terms as Chebyshev's.
-        self.flss_steps(&with(MethodOptions { terms: Some(default_counts.terms), ..single }), &[5.0])?;
+        self.flss_steps(&with(MethodOptions { terms: Some(default_counts.terms), ..single_2014 }), &[5.0])?;
         for tolerance in self.other_tolerances() {
             let parameters = Parameters { tolerance: Some(tolerance), options: default.clone() };
             self.flss_steps(&parameters, &[2.0, 5.0, 10.0, 25.0])?;
@@ -214,6 +214,7 @@ impl Builder<'_> {
     fn pq_steps(&mut self, options: &MethodOptions, steps_nm: &[f64]) -> Result<(), BenchError> {
         let start = Instant::now();
         let Options { coherence_length_um, tolerance, .. } = *self.options;
+        // Adds the candidate's name to an error.
         let named = |source| BenchError::Method { candidate: format!("pq {options:?}"), source };
         let method = Pq::new(self.field, coherence_length_um, tolerance, options, &Progress::none()).map_err(named)?;
         let (counts, build_seconds) = (method.counts(), start.elapsed().as_secs_f64());

@@ -26,6 +26,7 @@ pub(crate) use pareto::{Cost, clamp_delta_e};
 pub(crate) use timing::Timing;
 
 use super::{BenchError, Truth, TruthCheck, direction_pairs};
+use crate::arguments::SHORTEST_VISIBLE_UM;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::f64::consts::PI;
@@ -41,8 +42,6 @@ const ORACLE_LIMIT: f64 = 1e-9;
 /// Number of pairs of directions and wavelengths at which [`Truth`] is compared with the oracle. Each oracle value is
 /// a sum over the tile, so larger numbers take longer; smaller ones may miss a defect.
 const ORACLE_CHECKS: usize = 12;
-/// Shortest wavelength of the methods in µm, at which κH is largest.
-const SHORTEST_UM: f64 = 0.38;
 
 /// The size of a run. Larger numbers, and a smaller step, give steadier figures and take longer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -187,7 +186,7 @@ pub(crate) fn measure(
     Ok(SurfaceFigures {
         pixels: field.size().into(),
         extent_um: field.extent_um().into(),
-        kappa_h: 2.0 * PI * (high - low) / SHORTEST_UM,
+        kappa_h: 2.0 * PI * (high - low) / SHORTEST_VISIBLE_UM,
         coherence_length_um: options.coherence_length_um,
         oracle,
         entries,

@@ -16,7 +16,7 @@
 
 use super::relief::{rough_of_primes, uniform_direction};
 use super::{error_scale, largest, percentile_99, table_error};
-use crate::arguments::VISIBLE_NM;
+use crate::arguments::{SHORTEST_VISIBLE_UM, VISIBLE_NM};
 use crate::benchmarks::BenchError;
 use num_complex::{Complex, Complex64};
 use serde::Serialize;
@@ -90,7 +90,7 @@ pub fn deep_relief(directions: usize) -> Result<Vec<DeepPoint>, BenchError> {
 
 /// Errors at one κH, with the κ of 380 nm and of directions along the normal (w = 2).
 fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
-    let kappa_max = 2.0 * TAU / (VISIBLE_NM.start() * 1e-3);
+    let kappa_max = 2.0 * TAU / SHORTEST_VISIBLE_UM;
     let range_um = 2.0 * kappa_h / kappa_max;
     let field = rough_of_primes(range_um)?;
     let taylor = taylor_terms(kappa_h, REMAINDER);

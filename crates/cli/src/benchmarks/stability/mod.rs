@@ -77,11 +77,11 @@ fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, wavelength_
     (table.density(f, kappa) - truth).abs() / error_scale(truth, table.hemisphere_mean(f, wi[2], wavelength_um))
 }
 
-/// The scale in µm² to which a table's tolerance refers: the largest of the direct sum's S, a mean of S, and
-/// [`DENSITY_FLOOR_UM2`], a hundredth of the S of a white diffuse surface.
+/// The scale in µm² to which a table's tolerance refers: the largest of the direct sum's S, a mean of S at the same
+/// frequency, and [`DENSITY_FLOOR_UM2`], a hundredth of the S of a white diffuse surface.
 ///
-/// The mean is at the same frequency. It is taken over the κ of all outgoing directions, or over all positions of the
-/// coherence window.
+/// For tables, the mean is over the κ of all outgoing directions ([`table_error`]). For methods of the patch model, it
+/// is over all positions of the coherence window (deep.rs).
 fn error_scale(truth_um2: f64, mean_um2: f64) -> f64 {
     truth_um2.max(mean_um2).max(DENSITY_FLOOR_UM2)
 }

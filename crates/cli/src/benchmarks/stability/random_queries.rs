@@ -164,8 +164,8 @@ fn random_input(random: &mut Random) -> Result<SurfaceInput, HeightFieldError> {
     let offset_um = if random.unit() < 0.2 { OFFSET_UM } else { 0.0 };
     let field = HeightField::new(field.heights_um() + offset_um, field.dx_um(), field.dy_um())?;
     let mut coin = || random.unit() < 0.5;
-    // The relief alone is tested, without a material, a cover (`reach` 1: light may leave in all directions), textures
-    // of sizes and transmission. `build_limit` 1 are the usual limits of memory and time.
+    // The relief alone is tested, without a material, a cover, textures of sizes and transmission. Without a cover
+    // `reach` is 1: light may leave in all directions. A `build_limit` of 1 keeps the usual limits of memory and time.
     let options = Options {
         coherence_length_um,
         model: if coin() { Model::Ensemble } else { Model::Patch },

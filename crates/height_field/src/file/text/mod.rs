@@ -283,7 +283,7 @@ fn from_points(header: &Header, table: &Table) -> Parsed {
     }
     let mut numbers = table.values.clone();
     mark_missing(header, numbers.iter_mut().skip(2).step_by(3));
-    // Units of x and y in µm. Without a unit in the header, x and y are in µm.
+    // Without a unit in the header, x and y are in µm.
     let grid = points::grid(&numbers, header.lateral_um.unwrap_or([1.0; 2]))?;
     if header.lateral_um.is_none() && header.height_unit != HeightUnit::NotGiven {
         return Err("its header has a unit for z, but none for x and y".to_owned());

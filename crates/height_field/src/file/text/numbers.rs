@@ -54,7 +54,8 @@ fn words_of(line: &str) -> impl Iterator<Item = &str> {
 
 /// A number with a decimal point; NaN for words for missing points and for an empty text; `None` for other words.
 ///
-/// Accepts exponents of Fortran (`1.5D-07`), the typographic minus, and `inf`, a missing point in `holes.rs`.
+/// Accepts exponents of Fortran (`1.5D-07`), the typographic minus, and `inf`, which `holes.rs` makes a missing
+/// point.
 pub(super) fn number(word: &str) -> Option<f64> {
     if let Ok(value) = word.parse() {
         return Some(value);
@@ -68,7 +69,8 @@ pub(super) fn number(word: &str) -> Option<f64> {
     lower.replace('d', "e").parse().ok()
 }
 
-/// Evidence for the meaning of commas. Each field has the number of the first line with its sign; `None` without one.
+/// Evidence for the meaning of commas. Each field is the number of the first line that shows it; `None` without
+/// one.
 #[derive(Default)]
 struct Commas {
     /// A comma between two digits.
@@ -207,13 +209,11 @@ fn read(lines: &[Line], style: Style) -> Result<Table, String> {
                 table.values.push(f64::NAN);
             }
             for word in words {
-                // A number has one decimal mark.
-                let value = if style.decimal_comma && word.contains(',') {
-                    Some(word)
-                        .filter(|word| word.matches(',').count() == 1)
-                        .and_then(|word| number(&word.replace(',', ".")))
-                } else {
-                    number(word)
+                let value = match word.matches(',').count() {
+                    0 => number(word),
+                    1 if style.decimal_comma => number(&word.replace(',', ".")),
+                    // A number has one decimal mark.
+                    _ => None,
                 };
                 table.values.push(value.ok_or_else(|| format!("\"{word}\" in line {line} is not a number"))?);
             }

@@ -22,8 +22,10 @@ impl Quantity {
     /// The numbers as spacings in µm; `None` unless the unit is a length for each point, such as `µm/pixel`.
     pub(super) fn per_point_um(&self) -> Option<Vec<f64>> {
         let (unit, point) = self.unit.split_once('/')?;
-        let is_point = ["pixel", "px", "point", "pt", "sample"].contains(&point.to_lowercase().as_str());
-        Self { numbers: self.numbers.clone(), unit: unit.to_owned() }.lengths_um().filter(|_| is_point)
+        if !["pixel", "px", "point", "pt", "sample"].contains(&point.to_lowercase().as_str()) {
+            return None;
+        }
+        Self { numbers: self.numbers.clone(), unit: unit.to_owned() }.lengths_um()
     }
 
     /// The numbers as counts of points, from 1 to below 1e9; `None` for other numbers, or for a unit other than points.
@@ -119,6 +121,7 @@ fn leading_unit(text: &str) -> (&str, &str) {
     }
     let end = text.find(|c: char| c.is_whitespace() || "×*;".contains(c)).unwrap_or(text.len());
     let word = &text[..end];
+    // An `x` directly before the second number, as in `10x5`.
     let is_cross = word.starts_with(['x', 'X']) && word[1..].starts_with(|c: char| c.is_ascii_digit());
     // `~` is µ and the last two are Å in the encodings of `units.rs`.
     let is_unit = word.starts_with(|c: char| c.is_alphabetic() || "~°%\u{8f}\u{81}".contains(c));
