@@ -15,7 +15,7 @@
 use super::portion::{Incidence, Portion, node_gaussians, portions};
 use super::quadrature::integrate;
 use crate::numeric::{Number, Real, Values};
-use crate::scattering::{COSINE_MIN, Obliquity, Options, SizeRange, SpectralIndex, Vec3};
+use crate::scattering::{COSINE_MIN, Obliquity, Options, SizeRange, SpectralIndex, TYPICAL_WAVELENGTH_UM, Vec3};
 use crate::table::{NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MIN_NM};
 use std::f64::consts::TAU;
 
@@ -46,7 +46,7 @@ impl<'a> AlbedoIntegral<'a> {
     /// The fast integral, from which tables of divisors are built. The test `fast_matches_accurate` bounds its error.
     /// `None` as in [`AlbedoIntegral::accurate`].
     pub(crate) fn fast(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
-        Self::new(table, options, portions, 1.0)
+        Self::new(table, options, |table| portions(table, 0.0), 1.0)
     }
 
     /// The integral of the given portions of a table; `None` for a table of amplitudes.
@@ -124,10 +124,16 @@ impl<'a> AlbedoIntegral<'a> {
         phase_per_cosine(self.table, 1e-3 * WAVELENGTH_MIN_NM)
     }
 
-    /// Whether all portions are Gaussians, which are narrow in the fast integral. The albedo has a high ridge where one
-    /// of them leaves along the surface.
-    pub(super) fn has_narrow_orders(&self) -> bool {
+    /// Whether all portions are Gaussians. In the fast integral these are narrow diffraction orders, and the albedo has a
+    /// high ridge where one of them leaves along the surface.
+    pub(super) fn has_separate_orders(&self) -> bool {
         self.portions.iter().all(|portion| !portion.is_square)
+    }
+
+    /// Largest standard deviation of a portion in direction cosines, at [`TYPICAL_WAVELENGTH_UM`].
+    pub(super) fn sigma_max(&self) -> f64 {
+        let sigma_f = self.portions.iter().flat_map(|portion| portion.sigma_f).fold(0.0, f64::max);
+        sigma_f * TYPICAL_WAVELENGTH_UM
     }
 
     /// Whether F contains the small-slope factor of a dielectric, so that it vanishes at the horizon instead of having

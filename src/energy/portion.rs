@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 const SEPARATE: usize = 500;
 /// Side in cycles/µm of the squares for narrow Gaussians: about the largest of which the quadrature has a single row at
 /// all wavelengths. Smaller ones take longer.
-const NARROW_SIDE_PER_UM: f64 = 0.2;
+pub(super) const NARROW_SIDE_PER_UM: f64 = 0.2;
 /// Standard deviation in direction cosines, at [`TYPICAL_WAVELENGTH_UM`] and along the axis where it is larger, above
 /// which a Gaussian counts as wide. All wide Gaussians are summed in squares. Chosen: they overlap their neighbours,
 /// and a square serves several of them.
@@ -75,8 +75,8 @@ pub(super) fn node_gaussians(table: &SpectralTable) -> Vec<Portion<'_>> {
 }
 
 /// Portions of a table. At most [`SEPARATE`] Gaussians, the strongest, stay if they are narrow and diffraction orders.
-/// All others are summed in squares.
-pub(super) fn portions(table: &SpectralTable) -> Vec<Portion<'_>> {
+/// All others are summed in squares, with sides of at least `side_min` cycles/µm along axes with several nodes.
+pub(super) fn portions(table: &SpectralTable, side_min: f64) -> Vec<Portion<'_>> {
     let mut gaussians = node_gaussians(table);
     let axes = [&table.lattice().x, &table.lattice().y];
     let sigma_f = axes.map(LatticeAxis::sigma_per_um);
@@ -87,7 +87,8 @@ pub(super) fn portions(table: &SpectralTable) -> Vec<Portion<'_>> {
     let separate = if is_wide || is_continuous { 0 } else { SEPARATE };
     let sides = [0, 1].map(|c| {
         match (is_wide, axes[c].reach) {
-            (true, _) => WIDE_SIDE_SIGMAS * sigma_f[c],
+            (true, 0) => WIDE_SIDE_SIGMAS * sigma_f[c],
+            (true, _) => side_min.max(WIDE_SIDE_SIGMAS * sigma_f[c]),
             // All nodes lie at frequency 0 along this axis. One square, as wide as the Gaussians, takes their power.
             (false, 0) => sigma_f[c] / UNIFORM_SIGMA,
             (false, _) => NARROW_SIDE_PER_UM,

@@ -12,7 +12,7 @@
 //! The albedo is `a(wi) = Σ_m F(wi, wo_m)·P_m(κ)` over the portions m of the spectral table (`portion.rs`) and over
 //! both sides of wo_m. P_m is a portion's power. The factor F of a body (`scattering/transparent.rs`) vanishes at the
 //! horizon, so albedos are finite there. A follows from a at the nodes, and is raised between them (`nodes.rs`). Each
-//! portion counts at its own frequency, or at five frequencies along an axis on which it is wide.
+//! portion counts at its own frequency, or at three frequencies along an axis on which it is wide.
 //!
 //! S is read at positive w only: S of a negative w is that of −w at the opposite frequency. All directions on a side
 //! are taken to have one sign of w (`Passage::turn`), an approximation.
@@ -24,7 +24,7 @@ use super::build::excess;
 use super::grid::Grid;
 use super::integral::phase_per_cosine;
 use super::nodes::Nodes;
-use super::portion::{Portion, portions};
+use super::portion::{NARROW_SIDE_PER_UM, Portion, portions};
 use super::{AlbedoLayout, AlbedoTable, Real4};
 use crate::numeric::{Lanes, Number, Numbers, Real, Values};
 use crate::scattering::{Passage, SLAB_PHASE, SizeRange, TYPICAL_WAVELENGTH_UM, TransparentBody, Vec3};
@@ -44,16 +44,11 @@ const SIZE_OF_MANY: (u32, u32) = (16, 7);
 /// Chosen: more take longer.
 const CHECKS: usize = 4;
 /// Standard deviation up to which a Gaussian has a single quadrature node along an axis, in units of the wave number in
-/// the medium. Wider ones have those of [`HERMITE_5`]. Chosen: a smaller value takes longer.
+/// the medium. Wider ones have those of [`HERMITE_3`]. Chosen: a smaller value takes longer.
 const SINGLE_NODE_SIGMA: f64 = 0.01;
-/// Abscissae and weights of the five-point Gauss–Hermite rule for a standard normal variate.
-const HERMITE_5: [(f64, f64); 5] = [
-    (0.0, 0.533_333_333_333_333_3),
-    (-1.355_626_179_974_266, 0.222_075_922_005_613),
-    (1.355_626_179_974_266, 0.222_075_922_005_613),
-    (-2.856_970_013_872_806, 0.011_257_411_327_720_7),
-    (2.856_970_013_872_806, 0.011_257_411_327_720_7),
-];
+/// Abscissae and weights of the three-point Gauss–Hermite rule for a standard normal variate.
+const HERMITE_3: [(f64, f64); 3] =
+    [(0.0, 2.0 / 3.0), (-1.732_050_807_568_877_2, 1.0 / 6.0), (1.732_050_807_568_877_2, 1.0 / 6.0)];
 
 /// Albedo integral of a transparent body.
 struct BodyIntegral<'a> {
@@ -115,11 +110,13 @@ struct Part<'a> {
 impl<'a> BodyIntegral<'a> {
     /// The integral of a body, from the table of its relief magnified by the index.
     fn new(table: &'a SpectralTable, body: TransparentBody) -> Self {
-        Self { table, body: TransparentBody { is_film: false, ..body }, portions: portions(table) }
+        // The factor of a body has no pole at the horizon, so wide squares suffice.
+        let portions = portions(table, NARROW_SIDE_PER_UM);
+        Self { table, body: TransparentBody { is_film: false, ..body }, portions }
     }
 
     /// Quadrature nodes of the integral, at frequencies that the pixels resolve: one of each portion along an axis on
-    /// which it is narrow, and [`HERMITE_5`] along an axis on which it is wide. With one, an albedo of 1.12 would
+    /// which it is narrow, and [`HERMITE_3`] along an axis on which it is wide. With one, an albedo of 1.12 would
     /// remain on a relief of index 1, 70 nm deep, whose orders are wide. Where there are squares, each portion has one
     /// node, since the sum over so many is smooth.
     fn parts(&self) -> Vec<Part<'_>> {
@@ -128,7 +125,7 @@ impl<'a> BodyIntegral<'a> {
         for portion in &self.portions {
             let rules: [&[(f64, f64)]; 2] = portion.sigma_f.map(|sigma| {
                 let is_single = any_squares || sigma * TYPICAL_WAVELENGTH_UM < SINGLE_NODE_SIGMA;
-                if is_single { &[(0.0, 1.0)] } else { &HERMITE_5[..] }
+                if is_single { &[(0.0, 1.0)] } else { &HERMITE_3[..] }
             });
             for &(x, weight_x) in rules[0] {
                 for &(y, weight_y) in rules[1] {
