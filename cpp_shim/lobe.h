@@ -174,6 +174,7 @@ private:
     /// Matrix elements: number `4 (4 row + column) + wavelength`. In mono variants all four are the luminance's.
     auto evaluate_matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths,
                          [[maybe_unused]] const Mask &active) const {
+        // Rigorous surfaces ignore the size.
         if constexpr (Traces)
             return owned(m_surface->trace_matrix(query(from, wavelengths, { 1.f, 1.f }, active), indices(to)));
         else

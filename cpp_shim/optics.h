@@ -30,9 +30,12 @@ using namespace mitsuba;
 /// another thread changes or deletes the instance. Only Mitsuba changes values, inside the textures.
 ///
 /// The lobe (lobe.h) gives the value of the bare relief. `Reflection` has the optics of a surface that only reflects,
-/// `Transmission` those of a body that transmits. This class builds the lobe's tables and chooses between `Reflection`
-/// and `Transmission`. The *interface's factor* is the Fresnel reflectance or the small-slope factor, from `eta` and
-/// `k`.
+/// with an optional *cover*, a clear layer over the relief. `Transmission` has those of a *body* that transmits: a
+/// *film*, or an *interface* to an endless medium. This class builds the lobe's tables and chooses between the two.
+///
+/// `Surface` is the Rust object that holds the tables (src/bridge.rs). `scale` and `depth` are the sizes of the
+/// relief's pattern and heights, relative to the relief given. The *interface's factor* is the Fresnel reflectance or
+/// the small-slope factor, from `eta` and `k`. Some tables include it (`is_interface_included`).
 ///
 /// Variants `llvm_*` and `cuda_*` *trace*: Dr.Jit records the operations of one call into a kernel. A *frozen function*
 /// (`dr.freeze`) replays recorded kernels with other inputs.
@@ -61,16 +64,20 @@ public:
     /// A copy for changed `eta` and `k`: the interface's factor follows these textures in each call. Its tables
     /// include no factor. Throws for the rigorous theory, whose tables always include the material.
     Optics without_index() const {
+        std::shared_ptr<const Lobe> lobe = m_lobe;
+        // These tables also serve the copy unless they include the factor.
+        if (m_reflection.interface_included)
+            lobe = std::make_shared<const Lobe>(checked([&] { return m_lobe->surface().without_index(); }));
         Optics optics(*this);
         optics.m_reflection.perfect            = false;
         optics.m_reflection.interface_included = false;
-        // The original's tables serve the copy unless they include the factor.
-        auto surface = [&] { return m_lobe->surface().without_index(); };
-        optics.set_lobe(m_reflection.interface_included ? std::make_shared<const Lobe>(checked(surface)) : m_lobe);
+        // Last, since it also computes the fingerprint of the two choices above.
+        optics.set_lobe(std::move(lobe));
         return optics;
     }
 
-    /// A copy that reads the wavelength ranges of `eta` and `k` anew, after their spectra may have changed.
+    /// A copy that reads the wavelength ranges of `eta` and `k` anew, after their spectra may have changed. Beyond its
+    /// range a spectrum keeps the value at its end (spectral_ends.h).
     Optics with_current_ends() const {
         Optics optics(*this);
         auto &textures = optics.m_textures;
@@ -83,7 +90,7 @@ public:
     /// `BSDFFlags` of each component, those of `Reflection` or of `Transmission`.
     const std::vector<uint32_t> &components() const { return m_components; }
 
-    /// Coherence length in µm, scale and depth, as far as they are numbers. A size given as a texture counts as 1.
+    /// Coherence length in µm, scale and depth. A scale or depth that is a texture counts as 1.
     std::array<float, 3> numbers() const { return m_lobe->surface().numbers(); }
 
     /// Whether `scale` and `depth` are textures.
@@ -150,32 +157,44 @@ private:
         const std::string json = surface_json(props);
         m_reflection           = { float(cover_index(props).value_or(1.0)), props.get<bool>("cover_reflection", true) };
         check_optics(props);
-        const std::string material         = material_name(props);
+        const std::string material = material_name(props);
+        // `nullopt`: unknown, since `eta` or `k` is a texture or a colour. Without values: a perfect reflector.
         std::optional<IndexSpectrum> index = index_spectrum(props, material);
         if (const std::optional<double> eta = transparent_index(props)) {
+            // Constant eta, and k = 0.
             index = IndexSpectrum{ {}, { *eta }, {}, { 0.0 } };
             m_transmission =
                 Transmission<Float, Spectrum>(float(*eta), props.get<std::string>("transmission") == "film",
                                               props.get<bool>("back_reflection", true));
         }
-        // An index without values stands for a perfect reflector.
         m_reflection.perfect = index && index->eta.empty();
+        // `read` takes the index only to continue its spectra beyond their ends. It continues none for a perfect
+        // reflector or an unknown index, so the empty index serves for both.
         const TextureSizes sizes =
             m_textures.read(props, m_transmission.has_value(), material, index.value_or(IndexSpectrum()));
         refuse_unknown(props);
         const IndexSamples samples = index_samples(index);
         return checked([&] {
-            constexpr bool polarised   = is_polarized_v<Spectrum>;
-            rust::Box<Surface> surface = is_spectral_v<Spectrum>
-                                             ? new_surface(rust_str(json), samples, sizes, polarised)
-                                             : new_colour_surface(rust_str(json), samples, sizes, polarised);
-            // Colour tables include the interface's factor of a known index. A perfect conductor has no index: its
-            // Fresnel reflectance is 1, but its small-slope factor has to be computed here.
-            m_reflection.interface_included =
-                surface->is_rigorous() ||
-                (!is_spectral_v<Spectrum> && samples.known && !(m_reflection.perfect && surface->is_small_slope()));
+            constexpr bool polarised        = is_polarized_v<Spectrum>;
+            rust::Box<Surface> surface      = is_spectral_v<Spectrum>
+                                                  ? new_surface(rust_str(json), samples, sizes, polarised)
+                                                  : new_colour_surface(rust_str(json), samples, sizes, polarised);
+            m_reflection.interface_included = is_interface_included(*surface, samples.known);
             return surface;
         });
+    }
+
+    /// Whether `Reflection` need not apply the interface's factor to values from the tables of a new surface.
+    /// `is_index_known` is false if `eta` or `k` is a texture or a colour.
+    bool is_interface_included(const Surface &surface, bool is_index_known) const {
+        if (surface.is_rigorous())
+            return true;
+        // Among the tables of scalar theory, those of RGB and mono variants include the factor of a known index.
+        if (is_spectral_v<Spectrum> || !is_index_known)
+            return false;
+        // The tables of a perfect conductor have no factor. Its Fresnel reflectance is 1, but its small-slope factor
+        // has to be computed.
+        return !(m_reflection.perfect && surface.is_small_slope());
     }
 
     /// Converts the index for Rust. `nullopt` stands for an unknown index: `eta` or `k` is a texture or a colour.
@@ -211,10 +230,14 @@ private:
     }
 
     /// Number that identifies the traced code: that of the tables, followed by one bit for each choice that changes the
-    /// code. `Fingerprint` keeps 32 bits, of which ten choices leave 22 for the tables.
+    /// code. `Fingerprint` keeps the lower 32 bits: the ten choices, and 22 bits of the tables' number.
+    ///
+    /// No bit tells a body from a surface that only reflects, or a film from an interface. The tables are built for
+    /// these, and their number also tells covers apart.
     uint64_t code() const {
         const Surface &surface = m_lobe->surface();
         uint64_t code          = surface.identity();
+        // Textures of eta and k that are clipped to the ranges of their spectra take two more operations.
         for (bool choice : { m_reflection.reflects_at_cover(), m_reflection.interface_included, m_reflection.perfect,
                              surface.is_small_slope(), bool(m_textures.diffuse_reflectance), has_scale_texture(),
                              has_depth_texture(), m_textures.eta_ends.are_clipped(), m_textures.k_ends.are_clipped(),

@@ -66,7 +66,8 @@ mitsuba::Properties::Spectrum continued(std::vector<double> nm, std::vector<doub
 /// `cover_reflection` without a cover. Textures are not checked.
 void check_optics(const mitsuba::Properties &props);
 
-/// Refuses parameters that nothing has read: misspelt names and unexpected nested objects. Call it last.
+/// Refuses parameters that nothing has read: misspelt names and unexpected nested objects. `Optics` (optics.h) calls it
+/// after all reads.
 void refuse_unknown(const mitsuba::Properties &props);
 
 } // namespace sunbeam

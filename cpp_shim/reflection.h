@@ -28,8 +28,9 @@ public:
     MI_IMPORT_TYPES(Texture)
     using Lobe = DiffractionLobe<Float, Spectrum>;
 
-    /// Whether the lobe's values include the interface's factor. True in RGB and mono variants while `eta` and `k` are
-    /// the spectra that the tables were built with, and for the rigorous theory.
+    /// Whether the lobe's values need no further interface's factor; set by optics.h. True for the rigorous theory. In
+    /// RGB and mono variants also true while `eta` and `k` are those that the tables were built with, except for the
+    /// small-slope factor of a perfect conductor.
     bool interface_included = false;
     /// Whether the surface is a perfect reflector; false after `eta` or `k` have changed.
     bool perfect = false;

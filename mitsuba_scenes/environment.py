@@ -34,7 +34,8 @@ class SetupError(Exception):
 def use_plugin(path: Path) -> None:
     """Makes `use_variant` load the build `path`. Raises SetupError unless it is an existing `…/plugins/diffraction.so`.
 
-    Call it before selecting a variant: a folder that the resolver has already comes first.
+    It has an effect only before the first call of `use_variant`, since Mitsuba takes the plugin of the folder that its
+    resolver got first. The only caller, benches/mitsuba_cost.py, begins with it.
     """
     global PLUGIN, PLUGIN_FOLDER
     plugin = path.resolve()

@@ -224,6 +224,7 @@ def ridges() -> np.ndarray:
     count = 128
     # Frequencies in cycles per µm. The filter is centred on 1/1.3 µm, which is 0.77, and on the direction x. Its
     # Gaussians have the half widths 0.04 cycles per µm and 0.35 rad at 1/e; larger ones make the ridges less regular.
+    # With |fx| opposite frequencies get equal weights, so the heights are real.
     fx, fy = np.meshgrid(*2 * [np.fft.fftfreq(count, PIXEL_UM)])
     frequency, angle = np.hypot(fx, fy), np.arctan2(fy, np.abs(fx))
     band = np.exp(-(((frequency - 0.77) / 0.04) ** 2) - (angle / 0.35) ** 2)

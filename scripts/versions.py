@@ -103,7 +103,7 @@ def build(release: str) -> None:
 def means(release: str) -> dict[str, list[float]]:
     """Mean colours of a picture rendered with the release, `[channels]`, by variant.
 
-    Each variant has its own process, for the reason given in `test`.
+    Each variant has its own process, since in 3.8.0 an LLVM render fails after a scalar one.
     """
     by_variant: dict[str, list[float]] = {}
     for variant in VARIANTS:

@@ -100,6 +100,19 @@ def test_a_replaced_bsdf_counts(traced):
     assert_changing(values)
 
 
+@pytest.mark.parametrize("variant", ["llvm_ad_rgb", "llvm_ad_spectral"])
+def test_another_cover_over_shared_tables_counts(variant):
+    """A covered grating, and a bare one whose lengths are those inside the cover, have equal relative parameters."""
+    use_variant(variant)
+    cover_eta = 1.5
+    # Lengths in µm, whose products with the index are exact.
+    lengths = {"period": 0.75, "height": 0.125, "coherence_length": 8.0}
+    covered = {**PERFECT, **lengths, "cover_eta": cover_eta, "cover_reflection": False}
+    bare = {**PERFECT, **{name: cover_eta * length for name, length in lengths.items()}}
+    frozen = dr.freeze(answers)
+    assert_changing([assert_as_usual(frozen, diffraction(**parameters)) for parameters in (covered, bare, covered)])
+
+
 def test_a_frozen_render_uses_the_current_tables():
     use_variant("llvm_ad_rgb")
     scene = mi.load_dict(

@@ -49,7 +49,7 @@ class Plan:
     materials: tuple[str, ...]
     # Names of the timed calls.
     calls: tuple[str, ...]
-    # Names of the benchmark scenes (scenes.py) whose renders are timed.
+    # Names of the benchmark scenes (docs/figures/benchmark_scenes.py) whose renders are timed.
     scenes: tuple[str, ...]
     # Size of a timed render.
     render_size: tuple[int, int]

@@ -124,7 +124,7 @@ mod ffi {
         /// One line on the surface, its tables and their error, for `str(bsdf)`.
         fn describe(self: &Surface) -> Result<String>;
 
-        /// A number that identifies the tables within this process; copies that share tables share it.
+        /// A number that identifies the tables and the cover within this process; copies that share both share it.
         fn identity(self: &Surface) -> u64;
         /// Table data number `which`, below three, as words: integers, or the bits of single-precision numbers. Scalar
         /// theory: spectrum (or colours), sampler, albedo. Rigorous theory: efficiencies, colours, Jones matrices.

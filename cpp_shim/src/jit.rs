@@ -58,7 +58,7 @@ mod ffi {
         fn shr(a: u32, by: u32) -> u32;
         fn select(mask: u32, yes: u32, no: u32) -> u32;
 
-        // Conversions of values; `to_u32` rounds towards zero. `f32_from_bits` is the number whose bits are an integer.
+        // Conversions of values; `to_u32` rounds towards zero. `f32_from_bits` reinterprets the bits of an integer.
         fn to_f32(a: u32) -> u32;
         fn to_f64(a: u32) -> u32;
         fn to_u32(a: u32) -> u32;

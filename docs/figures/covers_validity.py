@@ -63,7 +63,8 @@ REACHES_DEG = (30.0, 60.0, 75.0)
 # Metal of the gratings of TO_AND_FRO.
 TO_AND_FRO_METAL = "Al"
 # Gratings of the table of light to and fro: the kind's name on the page, and the grating. Numbers are the period in µm,
-# and the height in µm or the slope in degrees. The first grating is so shallow that it is a mirror.
+# and the height in µm or the slope in degrees. The first grating is so shallow that it is a mirror. At 5.71° the
+# sawtooth's height is a tenth of its period, as that of the preset `blazed`.
 TO_AND_FRO = (
     ("flat", Grating("sinusoidal", 2.5, 1e-4)),
     ("sinusoid", sweeps.sinusoid(2.5, 10.0)),

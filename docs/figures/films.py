@@ -155,6 +155,7 @@ def furnace(shape: dict) -> float:
     sensor["film"] = {**sensor["film"], "pixel_format": "luminance", "rfilter": {"type": "box"}}
     scene = {
         "type": "scene",
+        # Russian roulette would start at the longest paths, so it is off.
         "integrator": {"type": "path", "max_depth": FURNACE_DEPTH, "rr_depth": FURNACE_DEPTH},
         "sensor": sensor,
         "light": {"type": "constant", "radiance": {"type": "uniform", "value": 1.0}},

@@ -122,6 +122,7 @@ class Surfaces:
 
         Pixel (0, 0) of the surface is pixel (0, 0) of the tile.
         """
+        # `square` has pixel (0, 0) in its middle; the roll moves it back.
         heights_um = np.roll(square(surface, edge_um), 2 * [-(round(edge_um / surface.pixel_um) // 2)], axis=(0, 1))
         name = f"{surface.name}, {edge_um:g} µm"
         return self.written(replace(surface, name=name, heights_um=heights_um, coherence_um=TILE_UM))

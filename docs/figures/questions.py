@@ -57,6 +57,7 @@ def random_surface(random: np.random.Generator, folder: Path) -> dict:
         parameters |= {"period": log_uniform(0.3, 20.0), "height": height_um}
     else:
         size = random.integers(1, 25, 2)
+        # A random name, which no other relief has.
         file = folder / f"{random.integers(1 << 62)}.npy"
         # A fifth of the reliefs have an offset of 1000 µm, which must not change any value.
         np.save(file, 1000.0 * (random.random() < 0.2) + height_um * random.random(tuple(size)))

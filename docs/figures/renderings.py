@@ -315,7 +315,7 @@ def change(studio: Studio, before: Shot, after: Shot) -> dict:
 def mesh_counts(resolution: float) -> dict:
     """Numbers of vertices and faces of the snake's mesh at a resolution, from the header of its PLY file.
 
-    The header has lines such as "element vertex 1234"; binary data follow.
+    The header has lines such as "element vertex 1234" in its first 1000 bytes; binary data follow.
     """
     header = snake_files(resolution).mesh.read_bytes()[:1000].decode("ascii", "ignore")
     return {

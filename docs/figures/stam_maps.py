@@ -34,7 +34,7 @@ GEMS_RANGE_UM = (0.5, 1.0)
 FLSS_RANGE_UM = (0.38, 0.78)
 # Options of `sunbeam brdf-map` for GPU Gems' form.
 GEMS = {"method": "stam", "stam_form": "gems"}
-# Options of `sunbeam brdf-map` for FLSS.
+# Options of `sunbeam brdf-map` for FLSS, whose sums over wavelengths and orders are slow on the processor.
 FLSS = {"method": "flss", "backend": "gpu"}
 
 

@@ -301,7 +301,8 @@ def sweep(
 ) -> dict:
     """Runs a sweep in `folder`; returns its seconds and the largest memory of the process with driver and scheduler.
 
-    With `wait_seconds` cases wait instead of computing (sweeps_waiting.py). `batch_cases` limits the cases of a batch.
+    With `wait_seconds` cases wait instead of computing (sweeps_waiting.py): at 0 they do nothing, and `None` computes
+    them. `batch_cases` limits the cases of a batch; `None` keeps the driver's limit.
     """
     spec = write_spec(folder, count, want)
     variables = {}
@@ -311,7 +312,6 @@ def sweep(
             "DASK_DISTRIBUTED__WORKER__PRELOAD": json.dumps([str(preload)]),
             "SUNBEAM_SWEEP_WAIT_SECONDS": str(wait_seconds),
         }
-    # `None` in the text of the program keeps the driver's limit.
     program = folder / "program.py"
     program.write_text(PROGRAM.format(batch_cases=batch_cases))
     start = time.perf_counter()

@@ -217,6 +217,7 @@ def material_rows(runs: dict[str, list[Render]], pictures: dict[str, list[np.nda
     - `time_ratio`: median, minimum and maximum of the ratios of times within a round, at equal samples per pixel.
       `cpu_ratio` has those of CPU seconds, which other programs hardly affect.
     """
+    # Times of each material's renders under the key that `ratios` reads.
     wall, cpu, found = {}, {}, []
     for name, renders in runs.items():
         height, width = renders[0].image.shape[:2]

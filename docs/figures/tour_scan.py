@@ -91,6 +91,7 @@ def figures() -> dict:
         "radii_nm": list(RADII_NM),
         "wavelength_nm": WAVELENGTH_NM,
         "theta_i_deg": THETA_I_DEG,
+        # Pixels of both skins, whose sizes differ by less than 0.1 nm.
         "pixel_nm": surfaces["elaphe"]["pixel_nm"],
         **worst(surfaces),
         "surfaces": surfaces,

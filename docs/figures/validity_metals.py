@@ -69,10 +69,12 @@ INDEX_NM = 550.0
 TABLED_LIGHTS = 30
 # Seed of the random lights, an arbitrary number.
 SEED = 5
-# Largest accepted rms and 99th percentile of the errors of tables in silver. Its surface plasmons make steep changes of
-# efficiency, which interpolation follows less well. Larger values would accept a worse interpolation.
+# Largest accepted rms and 99th percentile of the errors of tables in silver; measured are 0.0043 and 0.0105. Silver's
+# surface plasmons make steep changes of efficiency, which interpolation follows less well. Larger values would accept a
+# worse interpolation.
 TABLE_MAX_SILVER = (0.008, 0.03)
-# Largest accepted rms and 99th percentile of the errors of tables in each of the other media.
+# Largest accepted rms and 99th percentile of the errors of tables in each of the other media; the largest measured are
+# 0.0022 and 0.0088.
 TABLE_MAX = (0.004, 0.015)
 # Periods of the swept gratings.
 PERIODS_UM = (1.25, 2.5, 5.0)

@@ -53,6 +53,7 @@ class Channel:
         if not self.can_be_heights or any(part in title for part in _NO_RELIEF):
             return None
         joined = title.translate(str.maketrans("", "", " _-"))
+        # As a part of titles, "z" would also be found in other words.
         has_relief_title = title == "z" or any(part in joined for part in _RELIEF)
         return (0 if self.unit else 2) + (0 if has_relief_title else 1)
 

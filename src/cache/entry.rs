@@ -44,7 +44,7 @@ impl Key {
     }
 
     /// Key of a grating's tables, which do not depend on the coherence length. `kind` separates the several kinds of
-    /// tables of one grating.
+    /// tables of one grating. It is a fixed text, so unlike [`Key::new`] no length need separate it from what follows.
     #[cfg(feature = "rigorous")]
     pub(super) fn of_grating(kind: &str, profile: &Profile, body: GratingBody<'_>) -> Self {
         let mut hasher = blake3::Hasher::new();

@@ -99,6 +99,7 @@ impl ColourTable {
             model: options.model,
             tiling: options.tiling,
             coherence_length_um,
+            // Only the advice of a refusal reads the magnification. A `ColourSurface` has been checked with its own.
             magnification: 1.0,
             tolerance: options.tolerance,
             purpose: Purpose::Table,

@@ -35,7 +35,8 @@ pub(super) const W_LOG: f64 = 0.02;
 /// Smallest number of intervals between knots. Even the colour of a flat relief may change with w, by the interface's
 /// reflectance.
 const INTERVALS_MIN: usize = 3;
-/// Largest number of intervals between knots. It bounds a table's size, and is reached by reliefs deeper than 350 µm.
+/// Largest number of intervals between knots. It bounds a table's size, and is reached by reliefs deeper than 350 µm:
+/// `INTERVALS_MAX·WAVELENGTH_UM/(4·KNOTS_PER_FEATURE)`, since w goes up to 2.
 const INTERVALS_MAX: usize = 4096;
 /// Smallest number of directions on a ring. Fewer would not build faster, since rays are integrated 16 at a time
 /// (`path.rs`).

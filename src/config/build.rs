@@ -72,7 +72,7 @@ impl SurfaceConfig {
     }
 
     /// The height field that the configuration names, filled and resized by `scale` and `depth` but not levelled, with
-    /// the interpretation of its file. Doubts about a file are also logged as warnings.
+    /// the interpretation of its file. Its doubts, implausible properties of the relief, are also logged as warnings.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::height_field`].

@@ -22,11 +22,12 @@ pub enum ObliquityChoice {
     /// tabulated wavelength), `stam` for other indices and for a perfect conductor, which has none.
     #[default]
     Auto,
-    /// [`Obliquity::Stam`], Stam's factor O.
+    /// [`Obliquity::Stam`]: `O = (1 + wi·wo)²/(cosθi cosθo w²)` with `w = cosθi + cosθo`, which grows towards the
+    /// horizon. It is that of the tangent-plane approximation for a perfect conductor.
     Stam,
     /// [`Obliquity::SmallSlope`], the factor Q in place of O and of the Fresnel reflectance.
     SmallSlope,
-    /// [`Obliquity::Unit`], O = 1.
+    /// [`Obliquity::Unit`]: O = 1 for all directions.
     Unit,
 }
 

@@ -10,13 +10,15 @@ use std::ops::RangeInclusive;
 pub const BODY_ETA: RangeInclusive<f64> = 1.2..=4.0;
 
 impl SurfaceConfig {
-    /// The transparent body below the relief; `None` for a surface that only reflects, and without `eta`.
+    /// The transparent body below the relief; `None` for a surface that only reflects. Also `None` for transmission
+    /// without `eta`, which [`SurfaceConfig::validate`] refuses.
     pub fn body(&self) -> Option<TransparentBody> {
         let is_film = match self.transmission {
             Transmission::None => return None,
             Transmission::Film => true,
             Transmission::Interface => false,
         };
+        // The coherence length gives the width of an order, which bounds the body's `normal_min` from below.
         self.eta.map(|eta| TransparentBody::new(eta, is_film, self.coherence_length))
     }
 

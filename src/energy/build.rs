@@ -45,6 +45,8 @@ pub(super) fn excess(albedo: f64) -> f64 {
 
 /// The table of a relief that reflects, for a range of `sizes` or its own size.
 pub(super) fn reflecting(integral: &AlbedoIntegral, sizes: Option<&SizeRange>, progress: &Progress) -> AlbedoTable {
+    // `slab_phase` is the largest change of the relief's phase between slabs, in radians: smaller where orders cause
+    // ridges. `is_mirrored` tells that the relief varies along x alone.
     let ((cells, planes), checks, slab_phase) = if !integral.has_separate_orders() {
         (SIZE, CHECKS, SLAB_PHASE)
     } else if !integral.is_mirrored() && integral.sigma_max() > WIDE_ORDERS {

@@ -46,7 +46,9 @@ impl<'a> AlbedoIntegral<'a> {
     /// The fast integral, from which tables of divisors are built. The test `fast_matches_accurate` bounds its error.
     /// `None` as in [`AlbedoIntegral::accurate`].
     pub(crate) fn fast(table: &'a SpectralTable, options: &'a Options) -> Option<Self> {
-        Self::new(table, options, |table| portions(table, 0.0), 1.0)
+        // Squares have no smallest side, since F may have a pole at the horizon, which wide ones would blur.
+        let side_min_per_um = 0.0;
+        Self::new(table, options, |table| portions(table, side_min_per_um), 1.0)
     }
 
     /// The integral of the given portions of a table; `None` for a table of amplitudes.
@@ -75,8 +77,8 @@ impl<'a> AlbedoIntegral<'a> {
     }
 
     /// Calls `visit` with the quadrature nodes of `∫ f cosθo dωo`, `V::COUNT` at once: directions wo and their parts of
-    /// the integral, whose sum is the albedo. Surplus lanes have parts of zero. Nothing is visited unless wi lies above
-    /// the surface. The wavelengths in nm are λ' and λ".
+    /// the integral, whose sum is the albedo. `V` are plain numbers or several lanes. Surplus lanes have parts
+    /// of zero. Nothing is visited unless wi lies above the surface. The wavelengths in nm are λ' and λ".
     ///
     /// The reflectance f excludes the Fresnel reflectance and includes the small-slope factor.
     pub(crate) fn visit<V: Values>(
@@ -91,6 +93,7 @@ impl<'a> AlbedoIntegral<'a> {
         let phase_per_cosine = phase_per_cosine(self.table, 1e-3 * depth_wavelength_nm);
         let wavelength_um = 1e-3 * wavelength_nm;
         let axes = [&self.table.lattice().x, &self.table.lattice().y];
+        // `cutoff` counts nodes, whose frequencies are 1/period apart. Infinite where nodes are diffraction orders.
         let limits = axes.map(|axis| wavelength_um * axis.cutoff / axis.period_um);
         let incidence = Incidence { wi, wavelength_um, phase_per_cosine, limits };
         // Directions wo, fractions of the power, and the records that give `P(κ)`.
@@ -124,8 +127,8 @@ impl<'a> AlbedoIntegral<'a> {
         phase_per_cosine(self.table, 1e-3 * WAVELENGTH_MIN_NM)
     }
 
-    /// Whether all portions are Gaussians. In the fast integral these are narrow diffraction orders, and the albedo has a
-    /// high ridge where one of them leaves along the surface.
+    /// Whether all portions are Gaussians. In the fast integral these are narrow diffraction orders, and the albedo has
+    /// a high ridge where one of them leaves along the surface.
     pub(super) fn has_separate_orders(&self) -> bool {
         self.portions.iter().all(|portion| !portion.is_square)
     }

@@ -18,6 +18,10 @@
 //! t is smaller than a where narrow orders leave along the surface. There a has a pole, but most of its light is
 //! already removed by the divisor of the outgoing direction.
 //!
+//! One table may serve several *relative sizes* of the relief: a scale of its pattern and a depth of its heights.
+//! Frequencies then follow from the wavelength `λ' = λ/scale`, and the phase of the heights from `λ" = λ/depth`
+//! (`sizes.rs`).
+//!
 //! The table holds `(A − 1)·cos²θ` at its nodes, and is linear between them. It is filled in three steps (`build.rs`),
 //! which accept albedos slightly above one:
 //!
@@ -77,7 +81,8 @@ pub struct AlbedoLayout {
 
 impl AlbedoLayout {
     /// Layout for a range of `sizes`, or for one size. `planes` are those of one size over the tables' range of
-    /// wavelengths. `phase_max` and `slab_phase` are those of [`SizeAxes::covering`].
+    /// wavelengths. `phase_max`, the relief's phase in radians, and `slab_phase`, its largest change between slabs, set
+    /// the number of slabs ([`SizeAxes::covering`]).
     fn new(cells: u32, planes: u32, sizes: Option<&SizeRange>, phase_max: f64, slab_phase: f64) -> Self {
         if let Some(sizes) = sizes {
             let (planes, axes) = SizeAxes::covering(sizes, planes, phase_max, slab_phase);

@@ -95,6 +95,7 @@ pub(super) fn portions(table: &SpectralTable, side_min: f64) -> Vec<Portion<'_>>
         }
     });
     // Strength: the sum of the absolute coefficients of the spline. Integers are keys, since `f64` is not `Ord`.
+    // The factor keeps twelve decimals.
     let strength = |gaussian: &Portion| gaussian.record.iter().map(|value| f64::from(value.abs())).sum::<f64>();
     gaussians.sort_by_cached_key(|gaussian| std::cmp::Reverse((strength(gaussian) * 1e12) as u64));
     let weak = gaussians.split_off(separate.min(gaussians.len()));

@@ -102,7 +102,7 @@ pub(super) fn integrate(
         along(0) * along(1)
     };
     // A narrow portion far from the horizon, which the pixels resolve, has one node, at its centre. `cos_outer` is
-    // about the smallest cosθo.
+    // about the smallest cosθo. Since `du = cosθo dψ`, steps per unit of u are those per radian of ψ over cosθo.
     let cos_outer = (1.0 - (rho + widest).powi(2)).max(0.0).sqrt();
     let is_narrow = count(2.0 * widest, ROWS_PER_COSINE.max(steps_per_radian(cos_outer) / cos_outer)) == 1.0;
     if let Some(wo) = direction_above(centre[0], centre[1]).filter(|&wo| is_narrow && resolved(wo, [widest; 2]) == 1.0)

@@ -344,7 +344,7 @@ pub(super) fn packed_rows(values: &[f64], channels: usize) -> Vec<u16> {
 pub(super) fn reversed(entry: usize, s: usize, sides: usize) -> usize {
     let orders = s + 1;
     let channels = orders * sides;
-    // The opposite order on the same side of the relief.
+    // Channels are `[side][order number]`. The opposite order lies on the same side of the relief.
     let opposite = |channel: usize| channel - channel % orders + (s - channel % orders);
     opposite(entry % channels) * channels + opposite(entry / channels)
 }

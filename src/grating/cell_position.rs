@@ -72,7 +72,7 @@ pub(super) fn middle_order(cell: i32) -> i32 {
 /// belong to this point; the one returned gives m = 0 the order number [`middle_order`]. In cell −1, points with
 /// `p + q < 1` have a negative t.
 pub(super) fn wave_at(cell: i32, [p, q]: [f64; 2]) -> (f64, f64) {
-    // t − a and t + a.
+    // t − a and t + a. Their whole parts, ⌊cell/2⌋ and ⌈cell/2⌉, have the sum `cell`.
     let (difference, sum) = (f64::from(cell.div_euclid(2)) + p, f64::from(middle_order(cell)) + q);
     (0.5 * (difference + sum), 0.5 * (sum - difference))
 }

@@ -246,6 +246,7 @@ impl<T: Copy + Default + Send + Sync> SolvedCell<T> {
 /// and the weights of the four.
 fn cubics() -> Vec<(usize, [f64; 4])> {
     let of_node = |g: usize| {
+        // Position of node g of the table, in solved nodes from the first.
         let x = (g * (NODES - 1)) as f64 / (STORED - 1) as f64;
         let first = (x as usize).saturating_sub(1).min(NODES - 4);
         // Lagrange's weight of the i-th of the four.

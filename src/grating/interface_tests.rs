@@ -152,6 +152,7 @@ fn samples_at_an_interface_carry_the_whole_power() {
         let (mean, error) = (sum / n, ((squares / n - (sum / n).powi(2)) / n).sqrt());
         // The error of the table, and tails of orders beyond the horizon.
         assert!((mean - 1.0).abs() < 4.0 * error + 0.03, "{from:?} {at:?}: {mean} ± {error}");
+        // Standard deviation of the weights, whose mean is 1. Samples nearly follow the efficiencies.
         assert!(error * n.sqrt() < 0.35, "weights vary by {}", error * n.sqrt());
     }
 }

@@ -99,7 +99,8 @@ impl JonesTable {
         }
     }
 
-    /// Solves and tabulates matrices at wavelengths at most `step_nm` apart (`None` for a perfect conductor).
+    /// Solves and tabulates matrices at wavelengths at most `step_nm` apart. This is `None` for a perfect conductor,
+    /// whose matrices at given t and b do not depend on the wavelength.
     ///
     /// # Errors
     /// A point that cannot be solved accurately enough.
@@ -315,6 +316,7 @@ mod tests {
 
     /// Mueller matrix of an order, divided by its first element, from the table for light from `wi`.
     fn tabulated(table: &JonesTable, period_um: f64, nm: f64, wi: [f64; 3], order: i32) -> [f64; 16] {
+        // d/λ. `wi` points against the light's travel, hence the signs of its components below.
         let periods = 1e3 * period_um / nm;
         let efficiencies = EfficiencyView::<Double> { layout: table.layout, words: &table.words };
         let channels = efficiencies.channels(&efficiencies.bounds(periods, -wi[1]), -wi[0] * periods, true);

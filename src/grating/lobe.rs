@@ -24,6 +24,7 @@
 //!
 //! The code is generic over `N: Numbers`: an `N::Real` is one number, a SIMD vector or a traced variable, and `lit`
 //! makes one of a constant. An `N::Double` is the same in double precision. Masks are true in the lanes that count.
+//! Loops have a label, such as `c"orders"`, which names them in traced kernels.
 
 use super::channels::Channels;
 use super::efficiencies::EfficiencyView;

@@ -74,6 +74,7 @@ mod tests {
 
     #[test]
     fn reliefs_that_vary_along_y_are_refused_with_the_variation() {
+        // The pits of the compact disc are 0.12 µm deep.
         let message = profile_of(&Preset::Cd.build(None, None).unwrap(), 1e-3).unwrap_err().to_string();
         assert!(message.contains("along y by 1.20e-1 µm") && message.contains("scalar"), "{message}");
         let noisy = Array2::from_shape_fn((4, 16), |(y, x)| (x as f64 * 0.4).sin() + 1e-4 * y as f64);

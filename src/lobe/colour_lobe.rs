@@ -31,7 +31,7 @@ use std::array;
 /// Choice of the factors by which a lobe multiplies the table's colours, and the treatment of negative channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColourFactors {
-    /// Refractive index of the reference; `None` leaves the interface's factor (R0 or Q) out.
+    /// Refractive index of the reference; `None` leaves the interface's factor (R0 or Q) to the caller.
     pub reference: Option<ComplexIndex>,
     /// The obliquity factor.
     pub obliquity: Obliquity,
@@ -53,7 +53,8 @@ pub struct ColourLobe<N: Numbers> {
     pub sampler: ColourSamplerView<N>,
     /// Divisors of the reflectance; `None` where nothing is divided.
     pub albedo: Option<AlbedoView<N>>,
-    /// Size of the relief at the shaded point; `None` for that of the tables. The sampler holds the same size.
+    /// Size of the relief at the shaded point; `None` for that of the tables. The sampler holds the same size:
+    /// [`ColourSurface::lobe_over`](super::ColourSurface::lobe_over) sets both.
     pub size: Option<RelativeSize<N::Real>>,
 }
 

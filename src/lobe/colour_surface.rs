@@ -48,13 +48,14 @@ const REFERENCE_NM: (u32, u32) = (400, 700);
 pub struct ColourSurface {
     /// Options of the build.
     options: Options,
-    /// Index of the reference; `None` leaves the interface's factor out.
+    /// Index of the reference; `None` leaves the interface's factor to the caller.
     reference: Option<ComplexIndex>,
     table: ColourTable,
     sampler: ColourSampler,
     /// [`ColourSurface::albedo_table`].
     albedo_table: Option<AlbedoTable>,
-    /// Means of R/R0 over the bands, which correct a resized relief; `None` for one size, and if the ratio is 1.
+    /// Means of R/R0 over the bands of red, green and blue. They correct colours where the relief is resized
+    /// ([`Options::sizes`]). `None` for one size, and if the ratio is 1.
     ratio: Option<BandRatio>,
     report: ColourSurfaceReport,
 }
@@ -78,7 +79,8 @@ pub struct ColourSurfaceReport {
 
 impl ColourSurface {
     /// Builds the tables of `field`. Values include the interface's factor for the refractive index `index`: the
-    /// Fresnel reflectance or the small-slope factor. `None` leaves it out.
+    /// Fresnel reflectance or the small-slope factor. `None` leaves it to the caller. A transparent body takes `None`,
+    /// since its lobe has a factor of its own.
     ///
     /// # Errors
     /// The errors of [`ColourTable::build`].
@@ -145,7 +147,7 @@ impl ColourSurface {
         &self.options
     }
 
-    /// Index of the reference; `None` leaves the interface's factor out.
+    /// Index of the reference; `None` leaves the interface's factor to the caller.
     pub fn reference(&self) -> Option<ComplexIndex> {
         self.reference
     }

@@ -1,8 +1,8 @@
-//! The lobe of scalar theory at wavelengths: `O·M·S(f; κ)/λ²`, divided by the albedo where energy is conserved. O is
-//! the obliquity factor, M the factor of shadowing by V-shaped grooves, λ the wavelength, and S the relief's power
-//! spectrum in µm² at the frequency f in cycles/µm and the phase rate κ in rad per µm of height
-//! (docs/model.md#the-reflectance). The lobe leaves out the interface's factor: the Fresnel reflectance R, or the
-//! small-slope factor Q.
+//! The lobe of scalar theory at wavelengths: `O·M·S(f; κ)/λ²`, divided by the albedo (the reflected fraction of the
+//! light) where energy is conserved. O is the obliquity factor, M the factor of shadowing by V-shaped grooves, and λ
+//! the wavelength. S is the relief's power spectrum in µm² at the frequency f in cycles/µm and the phase rate κ in rad
+//! per µm of height (docs/model.md#the-reflectance). The lobe leaves the interface's factor to the caller: the Fresnel
+//! reflectance R, or the small-slope factor Q.
 //!
 //! `N` is a family of numbers (`src/numeric`): an `N::Real` is one number, a SIMD vector or a traced variable.
 

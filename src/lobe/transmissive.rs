@@ -82,7 +82,7 @@ impl<N: Numbers> BodyDirections<N> {
         let turn = N::widen(passage.turn);
         Self {
             outgoing: o.tangential_double().map(|k| k * turn),
-            per_solid_angle: pair.per_solid_angle() * wo[2].abs(),
+            per_solid_angle: pair.per_projected_solid_angle() * wo[2].abs(),
             wi: i,
             wo: o,
             pair,

@@ -112,6 +112,7 @@ fn cell_position(t: f32, a: f32) -> CellPosition {
     let propagates = all(sums > vec2<f32>(0.0));
     let positive = max(sums, vec2<f32>(0.0));
     let whole = floor(positive);
+    // Orders m from -(t + a) to t - a propagate: whole.y of them below order 0, and whole.x above it.
     return CellPosition(u32(whole.x + whole.y), u32(whole.y), node_coordinates(positive - whole), propagates);
 }
 
@@ -233,7 +234,7 @@ fn line_of(q: vec2<f32>) -> Line {
 
 // Contribution of an order to 2πσ²·f_r; `gauss` is exp(-b_m²/2). The efficiency is that of directions which fulfil the
 // grating equation: both are moved by half of the distance to the order (src/grating/lobe.rs). x_difference is
-// wo.x - wi.x, and y half of wi.y - wo.y.
+// wo.x - wi.x, and y = (wi.y - wo.y)/2 is wi.y after the move.
 fn order_colour(order: f32, nu_m: f32, gauss: f32, tau: f32, x_difference: f32, y: f32) -> vec3<f32> {
     let visible_nu = clamp(nu_m, NU_MIDDLE - NU_HALF, NU_MIDDLE + NU_HALF);
     let periods = visible_nu * grating.period_um;

@@ -1,5 +1,5 @@
-//! NMM (Dhillon et al. 2014): S is evaluated only at the wavelengths at which an order of
-//! light from wi leaves along wo. Sources are listed in docs/model.md#sources.
+//! NMM (Dhillon et al. 2014): S is evaluated only at the wavelengths at which an order of light from wi leaves along
+//! wo. Sources are listed in docs/model.md#sources.
 //!
 //! `q = wi + wo = (u, v, w)` is the scattering vector, (Lx, Ly) the extent of the tile in µm, and S the power spectrum
 //! in µm², computed from the orders nearest to q (`orders.rs`). The *spans* are |u|Lx and |v|Ly in µm, and N is their
@@ -169,6 +169,7 @@ mod tests {
 
     #[test]
     fn mean_over_peak_matches_direct_sums() {
+        // Both forms meet at 1. At 1.2337, which is π²/8, the coherence length is the extent of the tile.
         for sharpness in [1e-3, 0.3, 0.999, 1.001, 1.2337, 5.0, 800.0] {
             let sum = |p: f64| (-200..=200).map(|k| (-2.0 * sharpness * (p - f64::from(k)).powi(2)).exp()).sum::<f64>();
             let steps = 4000;

@@ -120,7 +120,8 @@ pub struct MethodOptions {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terms: Option<usize>,
     /// Number of orders summed along each axis, 1 to 64 (default: the number that the tolerance requires). For colours,
-    /// the default of NMM is at most the number that a tolerance of 0.15 requires. Single 2014 sums 3.
+    /// the default of NMM is at most the number that a tolerance of 0.15 requires, since its choice of wavelengths
+    /// causes larger errors. Single 2014 sums 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbourhood: Option<usize>,
     /// The series of the phase screen (default: `chebyshev`). Single 2014 has `taylor`.

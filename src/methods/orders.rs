@@ -12,7 +12,7 @@
 //! | p = (u·Lx, v·Ly)/λ | *position* of q among the orders: order j is at p = j |
 //! | s | standard deviation of the coherence window in µm |
 //! | sharpness = 2π²s²/L² | factor in the window's Gaussian over p along an axis, `exp(−sharpness·(p − j)²)` |
-//! | S | power spectrum of the phase screen exp(iκh) in µm², within one window (*patch model*, docs/model.md) |
+//! | S | power spectrum of exp(iκh) in µm², within one window at a fixed position (*patch model*, docs/model.md) |
 //!
 //! The amplitudes of neighbouring orders add up with the window's Gaussian over p. The *neighbourhood* is the number of
 //! orders summed along each axis, those nearest to p:
@@ -120,6 +120,7 @@ impl Orders {
             peak_um2: window.order_peak_um2() as f32,
             neighbourhood: neighbourhood as u32,
             full_terms_kappa_h: match options.terms {
+                // All terms are summed at any κH.
                 Some(_) => 0.0,
                 // For each unit of κH below this number, one term less is summed. At the largest κH `count` terms are
                 // summed, and never the zeros that fill up `terms`.
@@ -169,7 +170,8 @@ impl Orders {
         let sign = if order[1] < 0 { -1 } else { 1 };
         let row = (sign * order[1]) * (2 * reach[0] + 1);
         let first = (row + sign * order[0] + reach[0]) as usize * (terms as usize / 2);
-        // Sums over even terms (re, im) and over odd ones (re, im).
+        // Sums over even terms (re, im) and over odd ones (re, im). Weights come in the same order, each of them twice:
+        // [even, even, odd, odd].
         let mut sum = [0.0f32; 4];
         for (term, weight) in self.terms[first..first + weights.len()].iter().zip(weights) {
             (0..4).for_each(|part| sum[part] += term[part] * weight[part]);

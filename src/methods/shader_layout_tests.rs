@@ -48,8 +48,9 @@ fn grating() -> Option<&'static dyn Method> {
     None
 }
 
-/// Every method with its kind. `stam` comes in both forms. `table` is a relief's table, a film's and, with the feature
-/// `rigorous`, a grating's, whose answers are reflectances. Energy is not conserved, so no table of albedos is built.
+/// Every method with its kind. `stam` comes in both forms, of which `gems` answers reflectances. `table` is a relief's
+/// table, a film's and, with the feature `rigorous`, a grating's, whose answers are reflectances. Energy is not
+/// conserved, so no table of albedos is built.
 fn methods() -> Vec<(MethodKind, &'static dyn Method)> {
     let field = Preset::Sinusoidal.build(None, None).unwrap();
     // The published methods accept only these options.

@@ -81,7 +81,8 @@ impl Stam {
 /// [`MethodOptions::validate`].
 pub(super) fn spacing_um(field: &HeightField, options: &MethodOptions) -> Result<f32, MethodError> {
     options.validate()?;
-    let found = || periods(field, true).x.map(|period| period.period_um);
+    let repeats = true;
+    let found = || periods(field, repeats).x.map(|period| period.period_um);
     options.period_um.or_else(found).map(|period_um| period_um as f32).ok_or(MethodError::NoPeriod)
 }
 

@@ -108,6 +108,7 @@ fn taylor_coefficients<const N: usize>(x: [f32; N], values: &mut [[f32; N]]) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::order_grid::TERMS_MULTIPLE;
     use super::*;
     use crate::methods::TAYLOR_KAPPA_H_MAX;
     use crate::transform::{chebyshev_terms, taylor_terms};
@@ -120,8 +121,9 @@ mod tests {
                     if series == 1 && largest > TAYLOR_KAPPA_H_MAX {
                         continue;
                     }
+                    // The grid of a tile whose largest κH is `largest`, as `Orders::new` makes it.
                     let count = needed(largest, remainder);
-                    let terms = count.next_multiple_of(8);
+                    let terms = count.next_multiple_of(TERMS_MULTIPLE);
                     let full_terms_kappa_h = (largest + (terms - count) as f64) as f32;
                     let grid = OrderGrid { terms: terms as u32, full_terms_kappa_h, ..bytemuck::Zeroable::zeroed() };
                     for step in 0..=100 {
@@ -149,6 +151,7 @@ mod tests {
     fn batches_give_each_wavelength_its_own_weights() {
         for series in [0, 1] {
             let grid = OrderGrid { terms: 16, half_range_um: 0.2, series, ..bytemuck::Zeroable::zeroed() };
+            // Batches of few lanes and of all lanes, full or not, and several batches.
             for count in [0, 1, 4, 5, 8, 9, 21] {
                 let wavelengths = (0..count).map(|i| (0.38 + 0.02 * i as f32, i));
                 let mut seen = 0;
@@ -160,6 +163,7 @@ mod tests {
                         alone = Some(weights.to_vec());
                     });
                     let alone = alone.unwrap();
+                    // Pairs of the 16 terms.
                     assert_eq!(weights.len(), 8);
                     // Rounding: the start of Miller's recurrence depends on the batch.
                     for (batched, alone) in weights.as_flattened().iter().zip(alone.as_flattened()) {

@@ -131,14 +131,14 @@ mod tests {
 
     #[test]
     fn normal_quantile_inverts_the_distribution() {
-        // The polynomials were fitted for single precision.
+        // The polynomials were fitted for single precision; 3e-8 is found.
         const ABSOLUTE: f64 = 2e-6;
         for i in 1..2000 {
             let u = f64::from(i) / 2000.0;
             let back = 0.5 * libm::erfc(-normal_quantile(u) / std::f64::consts::SQRT_2);
             assert!((back - u).abs() < ABSOLUTE, "{u} {back}");
-            // Rounding of `u` and of `1 − x` to single precision, over the density there, and rounding of the
-            // polynomial.
+            // Rounding of `u` and of `1 − x` to single precision, over the density there. The polynomial adds about 20
+            // roundings of 6e-8 at a result of up to 3.3.
             let (z, single) = (normal_quantile(u), f64::from(normal_quantile(u as f32)));
             let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
             assert!((single - z).abs() < 2.0 * f64::from(f32::EPSILON) / density + 4e-6, "{u} {z} {single}");

@@ -204,7 +204,8 @@ impl<N: Numbers> SamplerView<N> {
 }
 
 impl SamplerLayout {
-    /// Largest tangential length of outgoing directions ([`Options::reach`]).
+    /// Largest tangential length of outgoing directions ([`Options::reach`]): 1, or less under a clear layer, which
+    /// totally reflects the light beyond.
     fn reach(&self) -> f64 {
         match self {
             Self::Orders(layout) => layout.reach,

@@ -20,11 +20,13 @@
 //! are tabulated over uniform intervals in κ and interpolated linearly. In code, an order's *number* along an axis is
 //! jx or jy; its *index*, which counts from 0, is the number plus `origin`.
 //!
-//! A [`Passage`] holds the incident wave vector, `tangential` and `normal`, and the side on which light leaves.
-//! Lengths of wave vectors are in units of the wave number in the tables' medium: air, a cover or a transparent body.
-//! Tangential parts of light from or to below the relief are negated, by the sign `turn`. A [`Reading`] holds the
-//! wavelength; for a resized relief, also another wavelength for κ_j, and a factor by which orders are narrower than
-//! `sigma`.
+//! A [`Passage`] holds the incident wave vector, `tangential` and `normal`, and the side on which light leaves. Its
+//! `divisor_min` is the smallest |w| at a transparent body, and `None` elsewhere. Lengths of wave vectors are in units
+//! of the wave number in the tables' medium: air, a cover (a clear layer over the relief) or a transparent body.
+//! Tangential parts of light from or to below the relief are negated, by the sign `turn`.
+//!
+//! A [`Reading`] holds the wavelength. For a resized relief it also holds another wavelength for κ_j, and a factor by
+//! which orders are narrower than `sigma`.
 //!
 //! `N` is a family of numbers (`src/numeric`): an `N::Real` is one number, a SIMD vector or a traced variable, and
 //! `lit` makes a constant.
@@ -72,8 +74,8 @@ pub struct OrdersLayout {
     pub intervals_per_kappa: f64,
     /// The obliquity factor in the weights of orders.
     pub obliquity: Obliquity,
-    /// Largest direction cosine of outgoing light along the surface ([`Options::reach`](crate::Options::reach)). Light
-    /// at this cosine leaves along the horizon.
+    /// Largest direction cosine of outgoing light along the surface ([`Options::reach`](crate::Options::reach)): 1, or
+    /// less in a cover, which totally reflects the light beyond. Light at this cosine leaves along the horizon.
     pub reach: f64,
 }
 
@@ -410,6 +412,7 @@ impl<N: Numbers> Incidence<N> {
             let first = whole + (fraction + lit(offset)).ceil() + lit(f64::from(axes[i].origin));
             N::index(first.clip(lit(0.0), lit(f64::from(axes[i].nodes))))
         };
+        // Orders of a resized relief may be narrower than `sigma`; samples then lie well within these bounds.
         let low = [0, 1].map(|i| self.low[i].max(edge(i, -NORMAL_QUANTILE_MAX * axes[i].sigma)));
         let high = [0, 1].map(|i| self.high[i].min(edge(i, NORMAL_QUANTILE_MAX * axes[i].sigma)));
         // Where there is no column, the range of rows is made empty, too.

@@ -85,7 +85,8 @@ pub struct SquareLayout {
     pub axes: [SquareAxis; 2],
     /// Bands per rad/µm of κ.
     pub bands_per_kappa: f64,
-    /// Largest direction cosine of outgoing light along the surface ([`Options::reach`](crate::Options::reach)).
+    /// Largest direction cosine of outgoing light along the surface ([`Options::reach`](crate::Options::reach)): 1, or
+    /// less under a clear layer, which totally reflects the light beyond.
     pub reach: f64,
 }
 
@@ -201,6 +202,7 @@ fn node_means<'a>(
 #[derive(Clone, Copy)]
 pub(super) struct SquareView<N: Numbers> {
     pub layout: SquareLayout,
+    /// Table data of the summed-area table.
     pub words: N::Words,
 }
 

@@ -114,6 +114,7 @@ mod tests {
 
     #[test]
     fn tents_follow_a_gaussian() {
+        // Bounds above the variances that are found: 0.053, 0.022, 0.0063 and 0.0003.
         for (sigma, variance_max) in [(0.36, 0.06), (0.45, 0.03), (0.9, 0.01), (1.8, 0.001)] {
             let weights = tent_weights(sigma);
             // Rounding of each weight to single precision.

@@ -2,7 +2,7 @@
 //! for every family of numbers.
 //!
 //! ```text
-//! θ     angle of incidence, in the medium above: air or a cover
+//! θ     angle of incidence, in the medium above: air, or a cover (a clear layer over the relief)
 //! ε     squared index (eta + i·k)² of the medium below, relative to that above
 //! t     √(ε − sin²θ) = a + ib, normal component of the transmitted wave vector over the wave number above
 //! s, p  polarisation states: electric field perpendicular to the plane of incidence, and within it

@@ -50,10 +50,11 @@ pub fn unit_vector(components: [f64; 3]) -> Result<Vec3, DirectionError> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Obliquity {
-    /// `(1 + wi·wo)² / (cosθi cosθo w²)`.
+    /// `(1 + wi·wo)² / (cosθi cosθo w²)`, as in Stam's diffraction shaders and in the tangent-plane approximation of a
+    /// perfect conductor.
     #[default]
     Stam,
-    /// 1.
+    /// 1, as in theories that are shift-invariant in direction cosines.
     Unit,
     /// 1; the small-slope factor Q (`small_slope.rs`) replaces the Fresnel reflectance R.
     SmallSlope,

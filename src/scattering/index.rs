@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Complex refractive index `eta + i k` of the medium below the surface, relative to the medium above: air or a cover.
+/// Complex refractive index `eta + i k` of the medium below the surface, relative to the medium above: air, or a
+/// cover, which is a clear layer over the relief.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ComplexIndex {
     /// Real part, positive.

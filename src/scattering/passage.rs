@@ -6,7 +6,8 @@
 //! S(f; κ) is the relief's power spectrum at the frequency f and the phase rate κ, which is proportional to w.
 //!
 //! Lengths of wave vectors are in units of the wave number in the medium for which the tables were built: air at a bare
-//! relief, the cover, or the medium of a [`TransparentBody`]. Below a film they are those within the film.
+//! relief, a clear layer over it (a cover), or the medium of a [`TransparentBody`]. Below a film they are those within
+//! the film.
 
 use super::transparent::{BodyWave, TransparentBody};
 use crate::numeric::{Number, Numbers, Real};

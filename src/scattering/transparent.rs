@@ -139,7 +139,7 @@ pub(crate) struct TransparentPair<N: Numbers> {
     /// `4 ζ ζ0 (ε − 1)²/w² · |B|² τ τ0` of the states ss, sp, ps and pp; the first letter is the outgoing state.
     pub powers: [N::Real; 4],
     /// Tangential area `d²Ko` over n² per projected solid angle `cosθo dωo`.
-    per_solid_angle: N::Real,
+    per_projected_solid_angle: N::Real,
 }
 
 impl TransparentBody {
@@ -265,8 +265,8 @@ impl TransparentBody {
         ];
         // d²Ko = eta_squared·cosθo dωo. S/λ² of the relief is that of the magnified relief over ε, so the same quotient
         // also turns F into the factor on S/λ² of the magnified relief.
-        let per_solid_angle = wo.eta_squared * lit(1.0 / eps);
-        TransparentPair { tangential, normal, powers: powers.map(|power| power * scale), per_solid_angle }
+        let per_projected_solid_angle = wo.eta_squared * lit(1.0 / eps);
+        TransparentPair { tangential, normal, powers: powers.map(|power| power * scale), per_projected_solid_angle }
     }
 
     /// `(ε − 1)/|w|`, with w over n. For n = 1 the relief is flat (`config/build.rs`) and light goes straight on,
@@ -329,13 +329,13 @@ impl<N: Numbers> TransparentPair<N> {
     /// Factor on `S/λ²` of the magnified relief that gives the scattering function (BSDF) of the pair in 1/sr.
     #[inline(always)]
     pub(crate) fn factor(&self) -> N::Real {
-        self.power() * self.per_solid_angle
+        self.power() * self.per_projected_solid_angle
     }
 
     /// Tangential area `d²Ko` over n² per projected solid angle `cosθo dωo`.
     #[inline(always)]
-    pub(crate) fn per_solid_angle(&self) -> N::Real {
-        self.per_solid_angle
+    pub(crate) fn per_projected_solid_angle(&self) -> N::Real {
+        self.per_projected_solid_angle
     }
 
     /// Tangential part of `Ki + Ko` over n, with the sign that makes [`TransparentPair::normal`] positive.

@@ -11,8 +11,8 @@
 use super::{ComplexIndex, Obliquity, Reading, angular_factor, floored_cosines, fresnel_of_family, small_slope};
 use crate::numeric::{Numbers, Real};
 
-/// Wavelength in µm in the middle of the visible range. It stands for all wavelengths where a build needs one number or
-/// one width of orders.
+/// Wavelength in µm in the middle of the visible range. It stands for all wavelengths where one must do: to count the
+/// orders of a surface, or to turn the width of an order in frequency into one in direction cosines.
 pub(crate) const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
 
 /// Scattering vector `q` of a pair of directions, with the factors that depend on directions only.

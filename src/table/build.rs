@@ -42,9 +42,9 @@ pub(super) const ERROR_KAPPAS: usize = 3;
 /// lie above the 99th percentile; fewer would make it uncertain.
 const ERROR_SAMPLES: usize = 4000;
 
-/// Phase κ/κ₀ in rad at which the slopes P'(0) and the limit of Q at κ = 0 are measured: the fourth root of ε, the
-/// rounding of double precision. The neglected terms, of the order of the phase squared, then equal the rounding error
-/// of Q, ε over this square: 1.5e-8.
+/// Phase κ/κ₀ in rad at which the slopes P'(0) and the limit of Q at κ = 0 are measured: the fourth root of ε = 2⁻⁵²,
+/// the rounding of double precision. The neglected terms, of the order of the phase squared, then equal the rounding
+/// error of Q, ε over this square: 1.5e-8.
 const SMALL_PHASE: f64 = 1.0 / 8192.0;
 
 /// Build time, size and measured error of a table.
@@ -325,7 +325,7 @@ impl<'a> Build<'a> {
             let stride = self.kept.len().div_ceil(ERROR_SAMPLES);
             errors.par_extend(self.kept.par_iter().step_by(stride).filter_map(|node| {
                 // Positions off the nodes, by 0.3 along x and 0.4 along y of the spacing, or of the kernel's standard
-                // deviation if that is smaller.
+                // deviation if that is smaller. Chosen: neither on a node nor midway between two.
                 let at = |i: usize, reach: usize, by: f64| i as f64 - reach as f64 + by;
                 let px = at(node.index % x.nodes(), x.reach, 0.3 * x.sigma.min(1.0));
                 let py = at(node.index / x.nodes(), y.reach, 0.4 * y.sigma.min(1.0));

@@ -154,6 +154,7 @@ mod tests {
 
     #[test]
     fn images_stay_below_the_planned_error() {
+        // Log errors of kernels with 5, 5, 6, 7 and 10 taps.
         for log_error in [8.0f64, 9.7, 11.8, 14.0, 18.7] {
             let (kernel, _) = semicircle(log_error);
             // Data over lags in units of the largest lag: the autocorrelation of a scan, and a Gaussian that falls to

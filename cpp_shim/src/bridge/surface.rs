@@ -25,7 +25,7 @@ pub(crate) struct Surface {
     pub(super) tables: Tables,
     /// Jones matrices of the diffraction orders; `None` unless the theory is rigorous and the variant polarised.
     pub(super) jones: Option<Arc<(JonesTable, Origin)>>,
-    /// Number that identifies the tables within this process. Surfaces with the same tables have the same number.
+    /// Number that identifies the tables and the cover within this process. Surfaces that share both have one number.
     pub(super) identity: u64,
 }
 
@@ -151,7 +151,7 @@ impl Surface {
         };
         // The last bit tells whether there are Jones matrices. Surfaces with the same tables have the same matrices, if
         // any.
-        let identity = 2 * table_number(shared) + u64::from(jones.is_some());
+        let identity = 2 * number_of(shared, config.cover_eta) + u64::from(jones.is_some());
         Ok(Box::new(Self { recipe, tables, jones, identity }))
     }
 
@@ -180,24 +180,26 @@ impl Surface {
     }
 }
 
-/// Number of these tables, from 1 on. No other tables in this process ever get it. Their address would not do, since it
-/// may be reused after they are freed.
-fn table_number(tables: Arc<dyn Any + Send + Sync>) -> u64 {
+/// Number of these tables under a cover of index `cover_eta`, from 1 on. No others in this process ever get it. The
+/// tables' address would not do, since it may be reused after they are freed. The cover counts because gratings that
+/// differ in their covers alone can share tables, while the cover's index is a constant of the traced code.
+fn number_of(tables: Arc<dyn Any + Send + Sync>, cover_eta: Option<f64>) -> u64 {
     /// Tables that have a number.
     struct Numbered {
         /// Number given last; 0 before the first.
         last: u64,
-        /// Numbers of tables that may still exist.
-        in_use: Vec<(u64, Weak<dyn Any + Send + Sync>)>,
+        /// Numbers of tables that may still exist, with their covers.
+        in_use: Vec<(u64, Option<f64>, Weak<dyn Any + Send + Sync>)>,
     }
     static NUMBERED: Mutex<Numbered> = Mutex::new(Numbered { last: 0, in_use: Vec::new() });
     let mut numbered = NUMBERED.lock().unwrap_or_else(PoisonError::into_inner);
     let Numbered { last, in_use } = &mut *numbered;
-    in_use.retain(|(_, weak)| weak.strong_count() > 0);
-    if let Some((number, _)) = in_use.iter().find(|(_, weak)| std::ptr::addr_eq(weak.as_ptr(), Arc::as_ptr(&tables))) {
+    in_use.retain(|(.., weak)| weak.strong_count() > 0);
+    let mut known = in_use.iter().filter(|(_, cover, _)| *cover == cover_eta);
+    if let Some((number, ..)) = known.find(|(.., weak)| std::ptr::addr_eq(weak.as_ptr(), Arc::as_ptr(&tables))) {
         return *number;
     }
     *last += 1;
-    in_use.push((*last, Arc::downgrade(&tables)));
+    in_use.push((*last, cover_eta, Arc::downgrade(&tables)));
     *last
 }

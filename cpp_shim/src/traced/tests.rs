@@ -82,6 +82,7 @@ impl<N: Numbers> Lookup<N> {
             (position - N::Double::lit(2.0)).ceil().clip(N::Double::lit(0.0), N::Double::lit(f64::from(NODES - 4)));
         let nodes_from_first = N::narrow(position - first);
         let first = N::index_of_double(first);
+        // At most 11: the seven words read below, from word 8 on, then end within the node's 16.
         let knot = knot.clip(lit(0.0), lit(f64::from(WORDS - 5)));
         let low = N::index(knot.floor());
         let gaussian = N::tabulated(4, |i| {

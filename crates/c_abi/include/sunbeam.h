@@ -137,8 +137,9 @@ sunbeam_status sunbeam_surface_describe(const sunbeam_surface *surface,
 
 // Evaluates the BSDF for `count` pairs of directions, each at `wavelength_count` wavelengths.
 //
-// - Item `i` of `wi` and of `wo` is a direction away from the surface: three floats, of length 1 within 1e-3,
-//   in the surface's frame (z is the normal, x runs along the rows of the relief).
+// - Item `i` of `wi` is the direction to the light, item `i` of `wo` that to the viewer. Both point away from the
+//   surface: three floats, of length 1 within 1e-3, in the surface's frame (z is the normal, x runs along the rows of
+//   the relief).
 // - Item `i` of `wavelength_nm` holds `wavelength_count` wavelengths (1 to 4096), each in [360, 830] nm.
 // - Item `i` of `f` receives the BRDF at each wavelength in 1/sr, without the cosine. It includes the Fresnel factor
 //   if the configuration has `eta`. It is zero unless both directions lie above the surface.

@@ -2,7 +2,8 @@
 //!
 //! A batch has `count` items. Item i of each array is a group of floats at `data + i·stride` (`foreign.rs`): three for
 //! a direction, `wavelength_count` for wavelengths and for values at them, one for a density. Directions are unit
-//! vectors away from the surface, z along its normal. Wavelengths are in nm, `f` and densities in 1/sr.
+//! vectors away from the surface, `wi` to the light and `wo` to the viewer, with z along the normal. Wavelengths are in
+//! nm, `f` and densities in 1/sr.
 //!
 //! A bad item has a direction that is no unit vector, a wavelength out of range, or a random number out of range. Its
 //! results are zeros. The other items are computed, and the call reports the first bad one ([`BadItems`]).
@@ -174,8 +175,9 @@ impl SurfaceHandle {
 
 /// Evaluates the BSDF for `count` pairs of directions, each at `wavelength_count` wavelengths.
 ///
-/// - Item `i` of `wi` and of `wo` is a direction away from the surface: three floats, of length 1 within 1e-3,
-///   in the surface's frame (z is the normal, x runs along the rows of the relief).
+/// - Item `i` of `wi` is the direction to the light, item `i` of `wo` that to the viewer. Both point away from the
+///   surface: three floats, of length 1 within 1e-3, in the surface's frame (z is the normal, x runs along the rows of
+///   the relief).
 /// - Item `i` of `wavelength_nm` holds `wavelength_count` wavelengths (1 to 4096), each in [360, 830] nm.
 /// - Item `i` of `f` receives the BRDF at each wavelength in 1/sr, without the cosine. It includes the Fresnel factor
 ///   if the configuration has `eta`. It is zero unless both directions lie above the surface.

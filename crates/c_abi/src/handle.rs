@@ -149,6 +149,7 @@ pub unsafe extern "C" fn sunbeam_surface_from_heights(
 /// More heights than `build_limit` (a factor on [`LIMIT_BYTES`]) allows, or more than fit memory.
 fn copy_heights(rows: &Input, nx: usize, ny: usize, build_limit: f64) -> Result<Array2<f64>, CallError> {
     if nx == 0 || ny == 0 {
+        // `HeightField::with_holes` refuses the empty array.
         return Ok(Array2::zeros((0, 0)));
     }
     let too_many = |accepted: String| CallError::Size { argument: "nx", found: nx, accepted };
@@ -174,6 +175,7 @@ fn copy_heights(rows: &Input, nx: usize, ny: usize, build_limit: f64) -> Result<
 /// freed before, and not be used afterwards.
 #[unsafe(no_mangle)] // SAFETY: as above.
 pub unsafe extern "C" fn sunbeam_surface_free(surface: *mut SurfaceHandle) {
+    // The status is dropped: no caller could act on a surface that was not freed.
     call(|| {
         if !surface.is_null() {
             // SAFETY: by the contract above, it came from `Box::into_raw` and is not used again.

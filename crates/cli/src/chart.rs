@@ -282,6 +282,7 @@ mod tests {
     fn logarithmic_ticks_are_powers_of_ten() {
         let axis = Axis::logarithmic("", (0.008, 130.0));
         assert_eq!(labels(&axis), ["0.01", "0.1", "1", "10", "100"]);
+        // 1/0.008 = 125 and 130/0.008 = 16250.
         assert!((axis.fraction(1.0) - (125f64.ln() / 16250f64.ln())).abs() < 1e-12);
     }
 

@@ -116,9 +116,9 @@ struct Spacing {
 }
 
 impl Spacing {
-    /// The spacing by the grating equation, from the angle of the peak at each wavelength; at least one wavelength is
-    /// needed. `sin_i` is sin θi. The divisor is 0 at order zero, θr = −θi; [`EvaluateArgs::check_peaks`] refuses peaks
-    /// there.
+    /// The spacing by the grating equation, from the angle of the peak at each wavelength. At least one wavelength is
+    /// needed; [`steps`] always gives one. `sin_i` is sin θi. The divisor is 0 at order zero, θr = −θi;
+    /// [`EvaluateArgs::check_peaks`] refuses peaks there.
     fn new(wavelengths_nm: &[f64], peaks_deg: &[f64], sin_i: f64) -> Self {
         let spacing = |(nm, peak): (&f64, &f64)| nm / (sin_i + peak.to_radians().sin());
         let spacings: Vec<f64> = wavelengths_nm.iter().zip(peaks_deg).map(spacing).collect();
@@ -245,8 +245,8 @@ impl EvaluateArgs {
 
     /// `S/λ²` in 1/sr, `[wavelength][angle of view]`. Along x, the tile has `pixels_x` pixels and the length `tile_um`.
     ///
-    /// The method nmm has values only where an order of the tile leaves. Its rows are 0
-    /// except at the angles nearest to these orders.
+    /// The method nmm has values only where an order of the tile leaves. Its rows are 0 except at the angles nearest to
+    /// these orders.
     fn response_values(
         &self,
         reflector: &Reflector,
@@ -342,7 +342,7 @@ mod tests {
 
     #[test]
     fn default_angles_include_the_first_order_of_the_blazed_grating() {
-        // asin(0.38/2.5 − sin 75°) = −54.5° and asin(0.78/2.5 − sin 75°) = −40.8°.
+        // asin(0.38/2.5 − sin 75°) = −54.5° and asin(0.78/2.5 − sin 75°) = −40.8°, each with a margin of 1°.
         assert_eq!(first_order_range(75.0, 2.5), Some((-56.0, -39.0)));
         // At normal incidence, periods below the shortest wavelength have no first order.
         assert_eq!(first_order_range(0.0, 0.3), None);
@@ -365,6 +365,7 @@ mod tests {
         // A tile of 5 µm at 500 nm: u is a multiple of 0.1 other than 0, between sin 30° − 1 and sin 30° + 1.
         let u: Vec<i64> = order_sines(0.1, 0.5).map(|sin| ((sin + 0.5) * 10.0).round() as i64).collect();
         assert_eq!(u, (-5..=15).filter(|n| *n != 0).collect::<Vec<_>>());
+        // Index 60 is 0°, and the last index is 29.5°.
         let angles = steps(-30.0, 30.0, 0.5);
         assert_eq!(nearest(&angles, 0.5, 0.2), Some(60));
         assert_eq!(nearest(&angles, 0.5, 0.3), Some(61));

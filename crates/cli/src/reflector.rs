@@ -150,6 +150,7 @@ impl Reflector {
         let (evaluator, sampled) = match method {
             Method::Exact => {
                 let surface = build_surface()?;
+                // Without a table of albedos nothing is divided: energy is not conserved, or no albedo exceeds 1.
                 let exact = Exact::new(&field, &options, surface.albedo_table().cloned());
                 (Evaluator::Exact(Box::new(exact)), Some(surface))
             }
@@ -210,7 +211,9 @@ impl Reflector {
             }
         };
         let (options, index, cover) = (config.options(), config.index_inside(), config.cover());
-        Ok(Self { evaluator, sampler: sampled.map(Sampler::Grating), options, index, cover, is_concurrent: true })
+        // A look-up is short, and the solver of a single query uses one core.
+        let is_concurrent = true;
+        Ok(Self { evaluator, sampler: sampled.map(Sampler::Grating), options, index, cover, is_concurrent })
     }
 
     /// `f_r` in 1/sr, by every evaluator; zero unless both directions are above the surface, or the surface transmits.

@@ -76,7 +76,9 @@ struct Report<'a> {
     supersample: u32,
     triangles: usize,
     adapter: String,
+    /// Graphics interface of the adapter, for instance `vulkan`.
     backend: &'static str,
+    /// Whether the adapter renders in software.
     software: bool,
     /// Time of all stages of the renderer ([`StageTimes`]): the sum of their medians.
     gpu_ms: f64,

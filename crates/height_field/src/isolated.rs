@@ -133,6 +133,8 @@ mod tests {
 
     #[test]
     fn numbers_far_outside_the_relief_are_isolated() {
+        // 5.5 lies more than ten ranges above a relief of ±0.2; −999 lies 0.8 ranges, more than a quarter, below one of
+        // ±400.
         for (height, value) in [(0.1, -999.0), (200.0, -999.0), (0.1, 5.5), (0.1, -32768.0), (40.0, 32767.0)] {
             let mut values = relief(height);
             values[[3, 4]] = value;

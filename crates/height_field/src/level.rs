@@ -284,9 +284,9 @@ mod tests {
         )
         .unwrap();
         let difference = largest_difference(&plain.levelled(Level::Lines), &scanned.levelled(Level::Lines));
-        // Offsets change the plane along y alone, which the medians of rows remove with the offsets. The limit is that
-        // of rounding.
-        assert!(difference < 1e-13, "{difference}");
+        // Offsets change the plane along y alone, which the medians of rows remove with the offsets. The fit to heights
+        // of up to 1.9 µm costs more rounding than a mean.
+        assert!(difference < 10.0 * ROUNDING_UM, "{difference}");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::{Gpu, GpuError};
 use web_time::Instant;
 
 /// Measures the time of submissions that have one compute or render pass each. Submissions must not overlap, because
-/// they share the memory for timestamps.
+/// they share the memory for timestamps. Each stage has a clock of its own and awaits one submission before the next.
 pub(super) struct Clock {
     /// `None` without [`Gpu::has_timestamps`]; then the wall clock is used.
     timestamps: Option<Timestamps>,

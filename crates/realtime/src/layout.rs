@@ -2,7 +2,8 @@
 //!
 //! WGSL aligns a `vec3` to 16 bytes, so each is followed by a number in its gap. Lengths are in cm, the unit of the
 //! mesh. Vectors are in the scene's frame, where z points up, unless noted otherwise. The *grating's frame* at a point
-//! has the surface's normal as z and the relief's x axis as x.
+//! has the surface's normal as z and the relief's x axis as x. The *pigment* is the diffuse colour below the relief. A
+//! *film* is a transparent sheet with the relief on one side.
 
 use bytemuck::{Pod, Zeroable};
 use sunbeam::methods::AnswerKind;
@@ -51,7 +52,8 @@ impl Query {
 pub struct Optics {
     /// The refractive index; `None` is a perfect conductor, which reflects all light at every angle.
     pub index: Option<ComplexIndex>,
-    /// The cover; `None` for a bare surface. Under a cover the method receives the directions inside the cover.
+    /// The cover, a flat clear layer over the relief; `None` for a bare surface. Under a cover the method receives the
+    /// directions inside the cover.
     pub cover: Option<Cover>,
     /// The obliquity factor.
     pub obliquity: Obliquity,
@@ -83,6 +85,7 @@ impl OpticsUniform {
     /// The uniform for `optics` and a method with answers of this kind.
     pub(crate) fn new(optics: &Optics, answer_kind: AnswerKind) -> Self {
         let cover_eta = optics.cover.map_or(1.0, Cover::eta);
+        // Without an index, `reflects_all` is 1 and the numbers of the index are not used.
         let index = optics.index.unwrap_or(ComplexIndex { eta: 1.0, k: 0.0 }).relative_to(cover_eta);
         Self {
             eta: index.eta as f32,

@@ -13,8 +13,8 @@
 //!    shading frame has the conventions of Mitsuba 3, so pictures agree pixel by pixel.
 //! 3. *shade* computes the reflectance by the method, for sunlit samples of the mesh only, in submissions of bounded
 //!    time.
-//! 4. *resolve* computes the radiance of these samples with the pigment, and adds it to the mean over the samples of
-//!    each pixel.
+//! 4. *resolve* computes the radiance of these samples with the pigment, the diffuse colour below the relief, and adds
+//!    it to the mean over the samples of each pixel.
 //!
 //! Supersampling repeats the stages for each sample of a pixel, so the memory does not depend on the number of samples.
 //! Light is direct sunlight only; a film ([`AnswerKind::Film`](sunbeam::methods::AnswerKind::Film)) also shows the

@@ -1,8 +1,8 @@
 //! Pipelines, bindings and submissions of the locate stage, which follows the rasteriser. It writes a *query* for each
 //! pixel: the visible point with its directions to sun and viewer (layout.rs). A *sample* of the picture has one ray
 //! for each pixel. The stage also adds the radiance of sunlit ground and the sample's weight to the picture. The next
-//! stage computes the reflectance of the queries in `chosen`.
-//! `locate.wgsl` explains the entry points and the lists `skin`, `bare`, `rest` and `chosen`.
+//! stage computes the reflectance of the queries in `chosen`. [`Locate`] and `locate.wgsl` explain the entry points and
+//! the lists `skin`, `bare`, `rest` and `chosen`.
 //!
 //! The lengths of the lists are read back after each submission, because they determine the later dispatches.
 
@@ -14,7 +14,8 @@ use super::{Gpu, GpuError, program};
 use bytemuck::Zeroable;
 
 /// Number of pixels of a row that an invocation of `locate_sort` processes, and of entries of `skin` that an invocation
-/// of `locate_choose` processes. A test compares it with `LOCATE_RUN` of `locate.wgsl`, which gives its reason.
+/// of `locate_choose` processes. The shader marks them by the 32 bits of a u32, and reserves their list entries by one
+/// atomic operation. A test compares the number with `LOCATE_RUN` of `locate.wgsl`.
 const RUN: u32 = 32;
 
 /// Accesses of the bindings 0, 1, … of `locate.wgsl`, each with its name in WGSL. wgpu refuses a pipeline whose WGSL
@@ -37,7 +38,8 @@ const GROUP: [Access; 11] = [
 ///
 /// 1. `sort`: pixels are sorted into the lists `skin` (with a triangle) and `bare` (without one).
 /// 2. `bare` and `skin`: the queries of both lists are written. Pixels are added to `rest` if their ray misses their
-///    triangle, if the sun's depth map does not decide the visibility, or if they show a film.
+///    triangle, if the sun's depth map does not decide the visibility, or if they show a film. A film is a transparent
+///    mesh, and rays find the sunlit ground behind it.
 /// 3. `rest` and `choose`: rays through the mesh replace the queries of `rest`, and the queries of sunlit points of the
 ///    mesh are listed in `chosen`.
 pub(super) struct Locate {

@@ -28,7 +28,7 @@ pub struct Mesh {
     pub positions: Vec<[f32; 3]>,
     /// Shading normals of any length except 0.
     pub normals: Vec<[f32; 3]>,
-    /// Texture coordinates (u, v). The tangent along growing u is the grating's x axis at a
+    /// Texture coordinates (u, v). The tangent along growing u is the relief's x axis at a
     /// [`rotation`](super::View::rotation_deg) of 0.
     pub uvs: Vec<[f32; 2]>,
     /// Indices of vertices, counter-clockwise seen from outside.

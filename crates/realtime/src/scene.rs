@@ -1,7 +1,7 @@
 //! A scene on the GPU: mesh, tree of bounding boxes, pigment and the sun's depth map.
 //!
-//! The depth map tells for most pixels whether the sun is visible. For the others, a ray through the tree tells
-//! (locate.wgsl).
+//! The pigment is a texture, the diffuse colour below the relief. The depth map tells for most pixels whether the sun
+//! is visible. For the others, a ray through the tree tells (locate.wgsl).
 
 use super::mesh::Mesh;
 use super::scene_data::SceneData;

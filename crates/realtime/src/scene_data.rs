@@ -2,8 +2,8 @@
 //! prepare.
 //!
 //! The bytes are a [`Header`] and four parts without padding: vertices (`Vertex` in layout.rs), vertex indices of the
-//! triangles (three u32 each), tree nodes (`Node` in layout.rs), and the pigment texture (`Pigment` in resolve.wgsl).
-//! Numbers have the byte order of the machine.
+//! triangles (three u32 each), tree nodes (`Node` in layout.rs), and the pigment texture (`Pigment` in resolve.wgsl),
+//! the diffuse colour below the relief. Numbers have the byte order of the machine.
 
 use super::GpuError;
 use super::layout::{Node, Vertex};

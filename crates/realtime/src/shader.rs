@@ -34,8 +34,9 @@ const GROWTH_MAX: u32 = 8;
 /// Largest number of parts of an answer, a power of 2; a method that needs more is refused with [`GpuError::CutShort`].
 /// Each part costs a submission, so such a method would be too slow for pictures.
 const PARTS_MAX: u32 = 4096;
-/// Largest number of queries that [`Shader::evaluate_async`] holds on the GPU at a time: 68 MiB of queries, indices and
-/// answers. More take more memory; fewer copy between GPU and processor more often.
+/// Largest number of queries that [`Shader::evaluate_async`] holds on the GPU at a time: 68 MiB, with 48 bytes for a
+/// query, 4 for its index and 16 for its answer. More take more memory; fewer copy between GPU and processor more
+/// often.
 const BATCH: usize = 1 << 20;
 
 /// Accesses of the bindings 0, 1, … in group 0 of `shade.wgsl`: range, optics, queries, chosen, reflectances,
@@ -53,7 +54,8 @@ pub struct Shader {
     method_uniform: wgpu::Buffer,
     /// Bytes of the method's uniform and data.
     method_bytes: u64,
-    /// Meaning of the method's answers.
+    /// Meaning of the method's answers: the relief's factor of the reflectance, the whole reflectance, or that of a
+    /// film, a transparent sheet with the relief on one side.
     answer_kind: AnswerKind,
     /// The uniform struct [`OpticsUniform`].
     optics_uniform: wgpu::Buffer,
@@ -249,7 +251,8 @@ impl Shader {
         pipeline::bind(gpu, &layout, &buffers)
     }
 
-    /// The uniform struct [`OpticsUniform`], from which `resolve.wgsl` computes the weight of the pigment.
+    /// The uniform struct [`OpticsUniform`], from which `resolve.wgsl` computes the weight of the pigment, the diffuse
+    /// colour below the relief.
     pub(super) fn optics_uniform(&self) -> &wgpu::Buffer {
         &self.optics_uniform
     }
@@ -270,7 +273,7 @@ impl Shader {
                 if self.stop.load(Relaxed) {
                     return Err(GpuError::Stopped);
                 }
-                // `two` lets the shader detect that loops ended early (shade.wgsl).
+                // The shader counts to `two` in a loop, to detect that the adapter ends loops early (shade.wgsl).
                 let range = RangeUniform { first, count, part, parts, two: 2 };
                 let (ms, is_part_cut_short) = self.submit(gpu, &clock, bindings, &range).await?;
                 spent.gpu_ms += ms;
@@ -369,6 +372,7 @@ mod tests {
             let method = build(kind, &field, &surface, &options).unwrap();
             let shader = Shader::new(&gpu, &*method, &Optics::default()).unwrap();
             let whole = shader.evaluate(&gpu, &queries).unwrap();
+            // Any number of parts gives the same sum.
             shader.part_count.store(7, Relaxed);
             let parts = shader.evaluate(&gpu, &queries).unwrap();
             assert_eq!((whole.submissions, parts.submissions), (1, 7), "{kind}");
@@ -381,11 +385,15 @@ mod tests {
 
     #[test]
     fn submissions_grow_gradually_and_shrink_at_once() {
+        // 250 times as many would fit; the ratio is limited to 8.
         assert_eq!(next_queries(1024, 1024, 1.0), 8192);
+        // Half and ten times the intended 250 ms.
         assert_eq!(next_queries(8192, 8192, 125.0), 16384);
         assert_eq!(next_queries(8192, 8192, 2500.0), 819);
+        // The end of a list: a short time keeps the plan, four times the intended one shortens the next submission.
         assert_eq!(next_queries(8192, 100, 1.0), 8192);
         assert_eq!(next_queries(8192, 4096, 1000.0), 1024);
+        // At least one workgroup, at most one row of workgroups.
         assert_eq!(next_queries(64, 64, 1e9), 64);
         assert_eq!(next_queries(1 << 31, 1 << 31, 0.0), 64 * 65_535);
     }

@@ -172,6 +172,7 @@ mod tests {
         // Flat triangles have less area than the sphere, by a fraction of 2.2e-4. It grows as the square of the size of
         // a cell.
         assert!((f64::from(area) / expected - 1.0).abs() < 1e-3, "{area} {expected}");
+        // The sphere touches the ground, but for rounding of f32.
         assert!(mesh.positions.iter().all(|place| place[2] > -1e-6));
     }
 
@@ -187,6 +188,7 @@ mod tests {
             let [x, y, _] = ((a + b + c) / 3.0).to_array();
             let centre = Shape::SPHERE_CENTRE_CM.map(|place| place as f32);
             let east = Vec3::new(centre[1] - y, x - centre[0], 0.0);
+            // A tangent towards the poles would give 0, a reversed one −1.
             assert!(tangent.normalize().dot(east.normalize()) > 0.99, "{triangle:?}");
         }
     }

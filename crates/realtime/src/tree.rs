@@ -31,7 +31,7 @@ impl BHShape<f32, 3> for Leaf {
     }
 }
 
-/// The nodes of the tree in depth-first order, in the layout that trace.wgsl explains.
+/// The nodes of the tree in depth-first order: the first child of an inner node follows it (trace.wgsl).
 pub(super) fn tree(mesh: &Mesh) -> Vec<Node> {
     let mut leaves: Vec<Leaf> = mesh
         .triangles

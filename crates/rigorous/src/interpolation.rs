@@ -47,7 +47,7 @@ impl Interpolation {
     }
 
     /// The product `layer·B`, with B the matrix of the interpolation (fine × coarse nodes) at a Bloch phase in turns.
-    /// Columns of `layer` are the fine nodes.
+    /// Columns of `layer` are the fine nodes: fine node f belongs to coarse node ⌊f/factor⌋.
     pub(crate) fn apply(&self, layer: &Matrix, bloch: f64) -> Matrix {
         let (factor, n) = (self.weights.len(), self.nodes);
         let mut result = zeros(layer.nrows(), n);

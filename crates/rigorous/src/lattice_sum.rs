@@ -442,7 +442,8 @@ mod tests {
             // The period is 1; `waves` and `height_waves` are the period and the height in wavelengths.
             let k = Complex64::new(TAU * waves, 0.0);
             let height = height_waves / waves;
-            let radial = Radial::new(k, 1e-6, 1.01 * 0.5_f64.hypot(height.max(1e-3)), 0.1).unwrap();
+            // Hankel functions to 1 % beyond the corners of the box.
+            let radial = Radial::new(k, 1e-6, 1.01 * 0.5_f64.hypot(height.max(HALF_HEIGHT_MIN)), 0.1).unwrap();
             LatticeSum::new(1.0, k, bloch, height, &radial).map(|_| ())
         };
         for bloch in [0.0, 0.13, 0.5] {

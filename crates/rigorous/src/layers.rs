@@ -30,7 +30,8 @@ use std::f64::consts::{PI, TAU};
 
 /// Exponent of decay, Im k times distance, beyond which a field is neglected: e^−30 = 1e-13.
 const DECAYED: f64 = 30.0;
-/// Largest number of images on either side that are summed one by one. More take longer than the lattice sum.
+/// Largest number of images on either side that are summed one by one. More take longer than the lattice sum. A float,
+/// since the number that it bounds is infinite without decay.
 const IMAGES_MAX: f64 = 4.0;
 /// Distances in periods between which the window of the logarithm's weights falls from 1 to 0. The second is below ½,
 /// where the next image is equally near. A narrower transition needs more nodes to be integrated.

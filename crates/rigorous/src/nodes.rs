@@ -371,12 +371,14 @@ mod tests {
         let lamellar = Profile::lamellar(1.6, 0.12, 0.5).unwrap();
         let nodes = Nodes::new(&lamellar, &distribute_nodes(&lamellar, 480));
         let n = nodes.len();
-        // The last node and the first lie on either side of the corner at the end of the period.
+        // The last node and the first lie on either side of the corner at the end of the period. The last edge is a
+        // vertical wall, the first a horizontal line.
         let across = nodes.separation(0, n - 1);
         assert_eq!(across.periods, -1);
         let (first, last) = (nodes.on_edge[0].offsets[0], nodes.on_edge[n - 1].offsets[1]);
         assert!(across.x == first[0] && across.z == -last[1] && across.x > 0.0 && across.z > 0.0);
-        // The quadrature resolves the next edge from the middle of an edge, but not from a node beside the corner.
+        // The quadrature resolves the next edge from node 80, near the middle of the 173 nodes of the first edge, but
+        // not from a node beside the corner.
         assert!(nodes.corner_defect(80).abs() < 1e-6 && nodes.corner_defect(0).abs() > 1e-3);
     }
 }

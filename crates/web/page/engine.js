@@ -198,7 +198,8 @@ export class Engine {
     }
   }
 
-  // The artist
+  // The artist. Calls other than `openArtist` and `view` need a device: the page makes them only while `page.adapter`
+  // (state.js) is set.
 
   /**
    * Opens the graphics device on an unused canvas. Returns {name, backend, software} of its adapter. Fails with an

@@ -134,7 +134,7 @@ async function makeScene(keys, stale) {
 
 /**
  * Shows an error and returns to the last good state. If a file has no scale, asks the visitor for it instead. A
- * cancelled build has no message.
+ * cancelled build has no message: it ends when the maker has to compute the checksum of a newly chosen file.
  */
 function handleFailure(error) {
   showProgress(null);

@@ -41,7 +41,8 @@ pub fn catalogue() -> Value {
         entry
     };
     let method = |kind: MethodKind| {
-        // Some methods have only the patch model (one window at a fixed position), which cannot conserve energy.
+        // Some methods have only the patch model, one coherence window at a fixed position, which cannot conserve
+        // energy.
         let conserves_energy = !kind.is_patch_only();
         json!({ "name": kind.name(), "title": method_title(kind), "conserves_energy": conserves_energy })
     };

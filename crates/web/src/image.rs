@@ -135,9 +135,10 @@ mod tests {
         let picture = relief_picture(&field, 200);
         let (lx, ly) = field.extent_um();
         assert_eq!(picture.rgba.len(), 4 * picture.size.0 * picture.size.1);
+        // Each side is rounded to a whole pixel.
         let proportion = picture.size.0 as f64 / picture.size.1 as f64;
         assert!((proportion / (lx / ly) - 1.0).abs() < 0.02);
-        assert!(picture.bar_um >= lx / 8.0 && picture.bar_um <= lx / 3.0);
+        assert!(picture.bar_um >= lx * 2.0 / 15.0 && picture.bar_um <= lx / 3.0);
         for (most, length) in [(1.0, 1.0), (4.99, 2.0), (0.07, 0.05), (33.0, 20.0)] {
             assert!((round_length(most) - length).abs() < 1e-12);
         }
@@ -156,7 +157,8 @@ mod tests {
             assert_eq!(channel.sample_data.values_as_f32().collect::<Vec<f32>>(), expected);
         }
         let shown = map_picture(&map, 4, None).unwrap();
-        assert_eq!((shown.len(), shown[3], shown[4 * 5 + 3]), (64, 0, 255));
+        // Alphas of pixel 0, a corner outside the disc, and of pixel 5, in row 1 and column 1.
+        assert_eq!((shown.len(), shown[3], shown[4 * 5 + 3]), (16 * 4, 0, 255));
         assert!(map_exr(&map, 5).is_err() && map_picture(&map, 0, None).is_err());
     }
 }

@@ -114,6 +114,7 @@ mod tests {
             let back = data.shader();
             assert_eq!((back.name, back.wgsl, data.answers()), (ours.name, ours.wgsl, method.answers()));
             assert_eq!((back.uniform, back.storage), (ours.uniform, ours.storage));
+            // Cut within the header's length, within the header, and within the last buffer.
             for wrong in [&bytes[..3], &bytes[..40], &bytes[..bytes.len() - 1]] {
                 assert!(MethodData::from_bytes(wrong.to_vec()).is_err());
             }

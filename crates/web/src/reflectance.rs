@@ -7,8 +7,10 @@
 //! `f_r` = interface · angular factor · relief's part
 //!
 //! The interface factor ([`Pair::interface`]) is Fresnel's reflectance or the small-slope factor. The angular factor
-//! ([`Options::angular_factor`]) is the product of obliquity and shadowing. Under a cover, answer and factors are those
-//! of the directions inside it, and `f_r` is multiplied by the cover's factor ([`Inside`]).
+//! ([`Options::angular_factor`]) is the product of obliquity and shadowing. `docs/model.md` has the formulas.
+//!
+//! A *cover* is a flat clear layer over the relief. Under it, answer and factors are those of the directions inside the
+//! layer, and `f_r` is multiplied by the cover's factor ([`Inside`]). A *film* is a sheet that reflects and transmits.
 
 use crate::settings::Settings;
 use sunbeam::methods::{AnswerKind, Method};
@@ -34,8 +36,8 @@ impl Reflectance {
     }
 
     /// Replaces the refractive index and the obliquity factor by those of `settings`, which must have the same cover.
-    /// With energy conservation or a film the method's data also depend on the index and have to be built again
-    /// ([`Settings::keys`]).
+    /// With energy conservation or a film the method's data also depend on the index. The page then builds them again,
+    /// as after a change of the cover, because their key has changed ([`Settings::keys`]).
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index_inside();
         self.options = settings.library_options();

@@ -1,4 +1,7 @@
 //! Reads, levels and describes a relief, and builds the methods and evaluators that draw it.
+//!
+//! A *cover* is a flat clear layer over the relief, a *film* a sheet that reflects and transmits. Wavelengths in them
+//! are shorter by the refractive index, so their methods are built from a magnified relief.
 
 use crate::error::WebError;
 use crate::method_data::MethodData;

@@ -324,6 +324,7 @@ mod tests {
     #[test]
     fn a_command_has_the_options_that_differ_from_the_defaults() {
         let command = |json: &str| command(&settings(json), (384, 256), 1);
+        // The default index is 1.56, that of keratin.
         let plain = command("{}");
         assert!(plain.starts_with("sunbeam render -o picture.exr --png picture.png --size 384x256 --exposure 2"));
         assert!(plain.contains("--preset xenopeltis --eta 1.56 --conserve-energy false --method table --resolution 2"));
@@ -349,6 +350,7 @@ mod tests {
         assert!(film.contains("--eta 1.5") && film.contains("--transmission film") && !film.contains("blend"));
         let flss = command(r#"{"method": "flss", "options": {"lambda_step_nm": 10, "weighted": false}}"#);
         assert!(flss.contains("--method flss --lambda-step 10") && !flss.contains("weighted"));
+        // FLSS has only this tiling and model (`Settings::config`).
         assert!(flss.contains("--tiling periodic") && flss.contains("--model patch"));
         let stam = |options: &str| {
             command(&format!(r#"{{"surface": {{"obliquity": "unit"}}, "method": "stam", "options": {options}}}"#))

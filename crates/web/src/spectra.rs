@@ -2,7 +2,8 @@
 //!
 //! `f_r` = cover's factor · interface factor · angular factor · *value*
 //!
-//! `reflectance.rs` explains the factors. The value comes from a [`Source`]; some values include factors already.
+//! `reflectance.rs` explains the factors, covers and films. The value comes from a [`Source`]; some values include
+//! factors already.
 
 use crate::error::WebError;
 use crate::reflectance::single;
@@ -42,8 +43,8 @@ enum Source {
 }
 
 impl Spectra {
-    /// Builds the source of spectra for the settings' method. Lengths of `field`, heights included, are multiplied by
-    /// the index of the cover or film.
+    /// Builds the source of spectra for the settings' method. The caller, [`Relief::spectra`](crate::Relief::spectra),
+    /// has multiplied the lengths of `field`, heights included, by the index of the cover or film.
     ///
     /// # Errors
     /// [`WebError::Limit`] for a build that needs too much memory or time, [`WebError::Settings`] for options that do
@@ -59,8 +60,8 @@ impl Spectra {
     }
 
     /// Replaces the refractive index and the obliquity factor by those of `settings`, which must have the same cover.
-    /// With energy conservation or a film the tables also depend on the index and have to be built again
-    /// ([`Settings::keys`]).
+    /// With energy conservation or a film the tables also depend on the index. The page then builds them again, as
+    /// after a change of the cover, because their key has changed ([`Settings::keys`]).
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index_inside();
         self.options = settings.library_options();
@@ -118,7 +119,7 @@ mod tests {
 
     #[test]
     fn the_spectrum_integrates_to_the_colour() {
-        // Near the first order of 480 nm.
+        // Near order −1 of 480 nm at a period of 2.5 µm: sin 18° − sin 30° = −0.191, and −0.48/2.5 = −0.192.
         let (wi, wo) = (direction(30.0, 180.0), direction(18.0, 0.0));
         let colours = SpectralToRgb::new(FIRST_NM, STEP_NM, SPECTRUM_COUNT).unwrap();
         let film = r#", "eta": 1.5, "transmission": "film""#;
@@ -143,7 +144,7 @@ mod tests {
     /// The obliquity factor `auto` is `small_slope` for the dielectric and `stam` for the metal.
     #[test]
     fn a_change_of_the_index_gives_the_values_of_a_new_build() {
-        // Near the first order of 480 nm, at angles where both factors differ.
+        // Near order −1 of 480 nm at a period of 2.5 µm, sin 48.6° − sin 70° = −0.190, where both factors differ.
         let (wi, wo) = (direction(70.0, 180.0), direction(48.6, 0.0));
         let (relief, dielectric) = with_surface("table", r#", "eta": 1.5"#);
         let (_, metal) = with_surface("table", r#", "eta": 1, "k": 6"#);
@@ -174,6 +175,7 @@ mod tests {
             let progress = Progress::new(move |fraction| listener.lock().unwrap().push(fraction));
             relief.spectra(&settings, &progress).unwrap();
             let reports = reports.lock().unwrap();
+            // A few reports before the last tenth show that progress does not jump from start to end.
             assert!(reports.iter().filter(|fraction| **fraction < 0.9).count() >= 3, "{method}: {reports:?}");
             assert_eq!(reports.last(), Some(&1.0), "{method}");
         }

@@ -49,6 +49,7 @@ pub(crate) fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm)
         switch(ui, "Film", &mut is_film);
         // Acts only if the switch has changed.
         settings.set_film(is_film);
+        // A film has no cover, a flat clear layer over the relief, and only the scalar theory here.
         if !is_film {
             optional(ui, "Cover's index", &mut settings.surface.cover_eta, 1.5, COVER_ETA, 0.01, "");
             choice(ui, "Theory", &mut settings.surface.theory, Theory::ALL.map(|theory| (theory, theory.name())));

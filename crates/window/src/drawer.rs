@@ -33,7 +33,7 @@ pub(crate) enum Event {
     Uploaded(u64),
     /// A picture has been drawn.
     Picture(Picture),
-    /// A map has been drawn; `None` where the cursor is not on the lit side of the mesh.
+    /// A map has been drawn; `None` where the point under the cursor has none ([`Done::Map`]).
     Map(Option<BrdfMap>),
     /// The screenshot with this PNG has been written.
     Saved(PathBuf),
@@ -229,7 +229,8 @@ impl Shared {
         true
     }
 
-    /// Hands the orders to the artist. If the scene fails, an order of a method in `orders` is dropped.
+    /// Hands the orders to the artist. If the scene fails, an order of a method in `orders` is dropped, since nothing
+    /// is drawn without a scene.
     fn hand_over(&self, orders: Pending, artist: &mut Artist, reporter: &Reporter) -> Result<(), GpuError> {
         // Scene and method come last, because only they can fail.
         if let Some(job) = orders.job {

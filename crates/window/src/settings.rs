@@ -1,9 +1,10 @@
 //! The settings that users change in the window, and the recipe of the method that follows from them.
 //!
 //! A *method* evaluates the reflectance of the relief on the GPU (docs/realtime.md). Its tables are built from a
-//! recipe, which may take seconds. Factors that do not depend on the relief are the *optics*: index, cover, obliquity
-//! and shadowing. They are options of the shader, which changes at once. The model *ensemble* is the mean over all
-//! positions of the coherence window on the relief, the model *patch* has one position (docs/model.md#coherence).
+//! recipe, which may take seconds. Factors that do not depend on the relief are the *optics*: refractive index, cover,
+//! obliquity and shadowing. They are options of the shader, which changes at once. A *cover* is a flat clear layer over
+//! the relief. The model *ensemble* is the mean over all positions of the coherence window on the relief, the model
+//! *patch* has one position (docs/model.md#coherence).
 
 use super::sun::Sun;
 use std::time::Instant;
@@ -112,8 +113,8 @@ pub(crate) struct Recipe {
     surface: SurfaceConfig,
     kind: MethodKind,
     options: MethodOptions,
-    /// The refractive index of a grating by Maxwell's equations, or of a table that conserves energy; `None` for a
-    /// perfect conductor and for other methods.
+    /// The refractive index of a grating by Maxwell's equations, or of a table that conserves energy. `None` for a
+    /// perfect conductor, and for other methods. Of their data only those of a film depend on it, by `surface.eta`.
     index: Option<ComplexIndex>,
     cache: Cache,
 }

@@ -117,7 +117,7 @@ mod tests {
         read.map_async(wgpu::MapMode::Read, .., |mapped| mapped.unwrap());
         device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
         gpu.check().unwrap();
-        read.get_mapped_range(..).unwrap()[..64].to_vec()
+        read.get_mapped_range(..).unwrap()[..4 * colours.len()].to_vec()
     }
 
     #[test]

@@ -50,6 +50,7 @@ def converted(parameters: Mapping[str, Value]) -> dict[str, Value]:
         changed_ns = os.stat(name).st_mtime_ns
     except OSError as error:
         raise SunbeamError(f"{name}: cannot be read: {error.strerror}") from error
+    # `convert` accepts a channel's number as a text, too.
     surface["filename"] = _gsf_of(
         name, changed_ns, None if channel is None else str(channel), None if pixel_size is None else float(pixel_size)
     )

@@ -74,7 +74,7 @@ def version() -> str:
 
 
 class _CaseQuestion(Question):
-    """A case whose surface is one of the held surfaces."""
+    """A case whose surface comes from ``held``, the surfaces that a worker keeps between cases (tables.py)."""
 
     def __init__(self, parameters: Mapping[str, Value], held: HeldSurfaces):
         self.parameters = parameters
@@ -132,7 +132,8 @@ def _memory_bytes() -> float:
 def compute(job: Job, case: Case, held: HeldSurfaces) -> tuple[dict[str, Any], dict[str, bytes]]:
     """Computes a case. Returns its record (record_of), and the contents of its pictures by ending (Answer.pictures).
 
-    The record has the figures of all wants with an answer, even if other wants have none.
+    ``held`` has the surfaces of earlier cases, and gets this case's. The record has the figures of all wants with an
+    answer, even if other wants have none.
     """
     start, tables_before = time.perf_counter(), held.seconds
     prepared = _prepared(job, case)

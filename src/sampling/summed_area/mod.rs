@@ -229,6 +229,7 @@ mod tests {
 
     #[test]
     fn counts_keep_twelve_bits() {
+        // Counts below and above 2¹², and three large ones.
         for count in (1..5000).chain([TOTAL_MAX as u32, 0x7fd0_ffff, 123_456_789]) {
             let code = encode(count);
             assert!(code < 1 << 16);
@@ -308,10 +309,12 @@ mod tests {
                 // The rectangle consists of the blocks 0 to 2 along x and 1 to 2 along y.
                 let inside = node[0] / BLOCK as u32 <= 2 && node[1] / BLOCK as u32 >= 1;
                 let expected = if inside { to(view.node_counts(node, true)[band as usize]) / total } else { 0.0 };
+                // A node is drawn in an interval of u and one of v. Each may be wrong by one stratum, 1/STEPS.
                 let fraction = found / (STEPS * STEPS) as f64;
                 assert!((fraction - expected).abs() <= 2e-3, "{band} {node:?}: {fraction} {expected}");
                 assert!(expected > 0.0 || fraction == 0.0);
             }
+            // Rescaled random numbers are uniform in [0, 1), but for the strata that straddle two nodes.
             for sum in left {
                 assert!((sum / (STEPS * STEPS) as f64 - 0.5).abs() < 1e-2, "{left:?}");
             }
@@ -335,6 +338,7 @@ mod tests {
         for b in 0..BANDS {
             let exact = 0.5 * (0.75 * (node(5, 3)[b] + node(5, 4)[b]) + 0.25 * (node(6, 3)[b] + node(6, 4)[b]));
             assert!((between[b] - exact).abs() <= 1e-12 * exact);
+            // A quarter of the tent at 3.75 belongs to node 3, which lies outside.
             assert_eq!(outside[b], 0.75 * node(4, 2)[b]);
         }
         assert_eq!(view.tents([-1.5, 2.0], &rectangle, true), [0.0; BANDS]);

@@ -160,8 +160,7 @@ fn without_a_contrast_of_indices_light_goes_straight_on() {
 
 #[test]
 fn factors_are_finite_at_the_ends_of_all_ranges() {
-    // The sine of the angle whose cosine is 1e-7.
-    let (sin, cos) = (1.0 - 0.5e-14, COSINE_MIN);
+    let (sin, cos) = ((1.0 - COSINE_MIN * COSINE_MIN).sqrt(), COSINE_MIN);
     let directions = [[0.0, 0.0, 1.0], [sin, 0.0, cos], [-sin, 0.0, cos], [0.6, 0.0, 0.8]];
     let both_sides = directions.into_iter().flat_map(|w| [w, mirrored(w)]).collect::<Vec<_>>();
     for eta in [1.0, 1.2, 1.5, 4.0] {

@@ -219,6 +219,7 @@ impl Truth {
             let q = self.sums[pair];
             let value = |model: Model| {
                 let options = Options { model, coherence_length_um: self.coherence_length_um, ..Options::default() };
+                // Albedos divide the reflectance and not S, so their table is left out (`None`).
                 Exact::new(field, &options, None).power_density([q[0] / um, q[1] / um], TAU * q[2] / um)
             };
             let [patch, ensemble] = [Model::Patch, Model::Ensemble].map(value);

@@ -112,6 +112,7 @@ impl SolvedOrders {
         if let Some(body) = config.body() {
             return both_sides::solve(config, body, incidence.wi(), incidence.wavelength_nm);
         }
+        // Refuses a cover, a flat clear layer over the relief: neither solution here has one.
         config.require_bare("the orders")?;
         match config.theory {
             Theory::Rigorous => Self::rigorous(config, incidence.wi(), incidence.wavelength_nm),

@@ -53,6 +53,7 @@ pub(super) fn parse(bytes: &[u8], channel_option: Option<&str>) -> Parsed {
             })
             .transpose()
     };
+    // Resolutions below the limit are those of printers and screens.
     let resolution = info
         .pixel_dims
         .filter(|dims| matches!(dims.unit, Unit::Meter) && dims.xppu.min(dims.yppu) >= PIXELS_PER_METRE_MIN);

@@ -2,8 +2,8 @@
 //!
 //! Every format has a parser that returns a [`Raw`]. [`Raw::into_field`] then does the rest for all formats: it marks
 //! and fills missing points (*holes*, holes.rs), combines the file's scale with the caller's options, and collects
-//! warnings (*doubts*, doubts.rs). For each property it records the value and its [`Source`] (provenance.rs), as
-//! [`Understood`].
+//! warnings (*doubts*, doubts.rs). Among the holes are *isolated* numbers, far from all heights, such as −9999
+//! (isolated.rs). For each property the value and its [`Source`] (provenance.rs) are recorded as [`Understood`].
 
 use super::doubts::{self, Doubt};
 use super::provenance::{Provenance, Source, Understood};
@@ -136,7 +136,8 @@ impl Raw {
         Self { channel: Some(Understood::new(source, name)), ..self }
     }
 
-    /// Refuses empty contents and impossible pixel sizes. Call it before [`Raw::into_field`].
+    /// Refuses empty contents and impossible pixel sizes. `Format::read` calls it before [`Raw::into_field`], because
+    /// it reports these errors with the format's name, as those of the parser.
     pub(super) fn check(&self) -> Result<(), String> {
         if self.values.is_empty() {
             return Err("it holds no points".to_owned());

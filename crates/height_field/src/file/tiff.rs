@@ -103,6 +103,7 @@ fn read_pixel_um(pages: &mut Pages, description: Option<&Description>) -> Result
         Some(3) => 100.0,
         _ => return Ok(None),
     };
+    // Lower resolutions are those of printers and screens.
     let is_measure = x.min(y) * per_metre >= f64::from(PIXELS_PER_METRE_MIN);
     Ok(is_measure.then(|| (UM_PER_M / (x * per_metre), UM_PER_M / (y * per_metre))))
 }

@@ -136,7 +136,8 @@ fn add_granules(heights: &mut Array2<f64>, lattice: &Lattice, random: &mut Rando
 /// measures the period. In the published picture the fingers lie along x.
 pub(crate) fn elaphe(regions: Option<Regions>) -> Result<HeightField, HeightFieldError> {
     let (heights, step) = along_x(regions);
-    // The rotation by +90° maps (x, y) to (−y, x).
+    // The rotation by +90° maps (x, y) to (−y, x), so pixel (ix, iy) comes from column iy, and from row ix counted from
+    // the last.
     let turned = Array2::from_shape_fn((PIXELS, PIXELS), |(iy, ix)| heights[[PIXELS - 1 - ix, iy]]);
     HeightField::new(turned, step, step)
 }

@@ -250,7 +250,8 @@ mod tests {
         let Shape::Smooth(harmonics) = &sinusoid.shape else { panic!("a sinusoid is smooth") };
         assert_eq!(harmonics.len(), 2);
         assert!((smooth_height(harmonics, 1.0)[0] - 0.2 - 0.4 * 1.0_f64.sin()).abs() < ROUNDING_UM);
-        // An apex halfway between two samples is cut by half a sample.
+        // An apex halfway between two samples is cut by half a sample: 0.5/257 in height, as the slope is 1. The factor
+        // 1.5 is a margin.
         let triangle = sampled(257, |t| (t - 0.5).abs());
         assert!(triangle.has_corners());
         assert!((triangle.height_um() - 0.5).abs() < 0.5 / 257.0 * 1.5);

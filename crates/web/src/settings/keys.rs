@@ -26,6 +26,7 @@ impl Settings {
         // written, so that a missing `level` and its explicit default have the same key.
         let mut relief = SurfaceConfig::default();
         relief.set_relief_source(ReliefSource { level: Some(config.level()), tiling: None, ..config.relief_source() });
+        // Factors on the relief's widths and heights, which its source does not have.
         (relief.scale, relief.depth) = (config.scale, config.depth);
         let mut method = config;
         if method.conserve_energy != Some(true) {

@@ -4,6 +4,8 @@
 //!
 //! Lengths in the scene are in cm, and z is up ([`Camera`]). Azimuths are counter-clockwise from +x, seen from above.
 //! `docs/realtime.md` describes the methods, `docs/plugin.md` the fields of the surface.
+//!
+//! A *cover* is a flat clear layer over the relief. A *body* is a transparent medium below it, here always a film.
 
 mod json;
 mod keys;

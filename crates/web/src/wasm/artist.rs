@@ -50,8 +50,8 @@ pub struct Artist {
     state: RefCell<State>,
     /// Whether the current drawing only refines the picture on the canvas. Such a drawing may be stopped.
     refining: Cell<bool>,
-    /// Flag that stops the current drawing, set only while `refining`. The renderer reads it between its submissions
-    /// to the GPU.
+    /// Flag that stops the current drawing, set only while `refining`. The shader reads it before each of its
+    /// submissions to the GPU.
     stop: Arc<AtomicBool>,
 }
 

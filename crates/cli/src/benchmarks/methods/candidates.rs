@@ -13,8 +13,8 @@
 //!
 //! - FLSS (full lambda spectral sampling) sums the diffraction orders nearest to the direction of view, at equal steps
 //!   of the wavelength;
-//! - NMM sums such orders only at the wavelengths of which an order leaves towards the
-//!   viewer. Unless `weighted` is false, each wavelength has the width of the interval that it represents as a weight;
+//! - NMM sums such orders only at the wavelengths of which an order leaves towards the viewer. Unless `weighted` is
+//!   false, each wavelength has the width of the interval that it represents as a weight;
 //! - PQ sums over a finite number of tiles, P along x and Q along y;
 //! - Stam's method knows only the spacing of the relief's grooves along x.
 //!

@@ -69,6 +69,7 @@ pub(super) fn times(
     gpu: &Gpu,
 ) -> Result<Vec<Option<Timing>>, BenchError> {
     let queries: Vec<Query> = pairs.iter().map(DirectionPair::single).map(|[wi, wo]| Query::new(wi, wo)).collect();
+    // Without an index, that of a perfect conductor, colours have no Fresnel factor.
     let optics = Optics { index: None, cover: None, obliquity: options.obliquity, shadowing: options.shadowing };
     let mut first_shader: Option<TimedShader> = None;
     let mut timings = Vec::new();

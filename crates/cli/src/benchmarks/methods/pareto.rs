@@ -78,6 +78,7 @@ mod tests {
     #[test]
     fn an_entry_better_by_one_error_is_on_the_front() {
         let entries = [(1.0, [2.0, 9.0]), (2.0, [1.9, 9.0]), (3.0, [2.0, 8.0]), (4.0, [1.9, 8.5]), (5.0, [1.9, 8.5])];
+        // Only the last is beaten: the fourth has the same errors and is faster.
         assert_eq!(front(&entries), [true, true, true, true, false]);
     }
 }

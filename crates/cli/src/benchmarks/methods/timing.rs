@@ -81,7 +81,8 @@ pub(super) fn on_cpu(candidates: &[Candidate], pairs: &[DirectionPair], effort: 
 }
 
 /// Number of pairs whose evaluation lasts [`Effort::repetition_ms`], at least [`PAIRS_MIN`] and at most all. It is
-/// estimated from the fastest of three runs over [`PAIRS_MIN`] pairs, which `pairs` must have.
+/// estimated from the fastest of three runs over [`PAIRS_MIN`] pairs. `pairs` must have these: either [`Effort`] has
+/// at least 512.
 fn pairs_per_pass(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effort) -> usize {
     let pass = || seconds(candidate, &pairs[..PAIRS_MIN]);
     let fastest = [pass(), pass(), pass()].into_iter().fold(f64::INFINITY, f64::min);

@@ -107,6 +107,7 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     let (mut flss_chebyshev, mut flss_taylor) = (flss(Series::Chebyshev)?, flss(Series::Taylor)?);
     let options = Options { conserve_energy: false, tolerance: TOLERANCE, ..Options::default() };
     let surface = Surface::new(&field, &options)?;
+    // Albedos divide the reflectance and not S, so the direct sums here need no table of them (`None`).
     let mut errors_of_tables = table_errors(&surface, &Exact::new(&field, &options, None), directions);
     Ok(DeepPoint {
         kappa_h,

@@ -79,6 +79,7 @@ pub struct GrazingPoint {
 /// Tables that cannot be built.
 pub fn grazing(directions: usize) -> Result<Vec<GrazingSurface>, BenchError> {
     [
+        // The default period, 2.5 µm, and height, 0.25 µm.
         ("blazed", Preset::Blazed.build(None, None)?),
         // 256 columns, a period of 1.25 µm, and a height of 0.3 µm.
         ("steep sinusoid", sinusoid(256, 1.25, 0.3)?),

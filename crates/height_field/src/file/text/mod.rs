@@ -257,7 +257,8 @@ fn ramp(numbers: &[f64]) -> Option<(f64, f64)> {
     is_ramp.then_some((first, step))
 }
 
-/// Meaning of the heights according to a header; µm where it does not mention a unit.
+/// Meaning of the heights according to a header. Without mention of a unit they are in µm; with an empty unit the
+/// option `max_height` gives the scale.
 fn meaning(header: &Header) -> Meaning {
     match &header.height_unit {
         HeightUnit::NotGiven => Meaning::Lengths { unit_um: 1.0, unit: Understood::new(Source::Default, "µm") },

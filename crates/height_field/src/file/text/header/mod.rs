@@ -48,12 +48,12 @@ enum Program {
 /// Unit of the heights according to a header.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) enum HeightUnit {
-    /// Not mentioned.
+    /// Not mentioned; the heights are taken for µm.
     #[default]
     NotGiven,
     /// A length: as written, and in µm.
     Length(String, f64),
-    /// Mentioned, but empty.
+    /// Mentioned, but empty: the program knew no unit, so none is assumed, and the option `max_height` is needed.
     Empty,
     /// Not a length; the text is the error message. [`parse`] fails with this message only after the last line. A later
     /// line may still give the height of one such unit ([`Role::HeightFactor`]), as for holograms in radians.

@@ -51,10 +51,12 @@ impl Header {
 
     /// Interprets the lines that Gwyddion writes for a matrix: channel, width, height, and unit of the values.
     ///
-    /// The first two consecutive lines with lengths are the width and the height. If the lines directly before and
-    /// after them have unknown keys, too, the one before is the channel and the one after the unit. A channel or a unit
-    /// from an English key is kept; with such a unit the line after is not interpreted. Without two lines with lengths,
-    /// or with a known extent along either axis, nothing is interpreted.
+    /// The first two consecutive lines with lengths are the width and the height. Without such lines, or with a known
+    /// extent along either axis, nothing is interpreted. The lines directly before and after them count if they have
+    /// unknown keys, too:
+    ///
+    /// - The line before is the channel. A channel from an English key is kept.
+    /// - The line after is the unit, unless an English key has given one.
     ///
     /// # Errors
     /// A unit of the values that is not a length.
