@@ -32,8 +32,8 @@ public:
 
     explicit Buffers(const Surface &surface) : m_arrays(shared_arrays(surface)) {}
 
-    /// Dr.Jit indices of the arrays, valid while this object lives; 0 for an empty array. Without the upper half of
-    /// `index_combined`, which is for derivatives: tables have none.
+    /// Dr.Jit indices of the arrays, valid while this object lives; 0 for an empty array. They are the lower halves of
+    /// `index_combined`. The upper halves identify derivatives, which tables do not have.
     std::array<uint32_t, COUNT> indices() const {
         std::array<uint32_t, COUNT> result;
         for (size_t i = 0; i < COUNT; ++i)

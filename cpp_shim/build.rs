@@ -35,8 +35,8 @@ const RELEASES: [Release; 4] = [
     Release { mitsuba: "3.7.1", drjit: "1.2.0", march: "ivybridge", cxx11_strings: false },
 ];
 
-/// Version of nanobind, as in requirements.lock. The plugin uses only its reference counter, which has been the same
-/// since 2.0.
+/// Version of nanobind that requirements.lock installs. The plugin uses only its reference counter, which has been the
+/// same since 2.0.
 const NANOBIND: &str = "2.14.0";
 
 /// Python packages whose headers the plugin includes.

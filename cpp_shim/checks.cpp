@@ -117,6 +117,7 @@ void check(const void *address) {
     if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
         throw std::runtime_error("the diffraction plugin needs a CPU with AVX2 and FMA, as the wheel of Mitsuba does");
 #endif
+    // In Rust (src/bridge.rs); throws unless both versions are equal.
     check_version(MI_VERSION, rust_str(library_version(address)));
     probe_calling_convention();
 }

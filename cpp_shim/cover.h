@@ -115,8 +115,8 @@ public:
     }
 
 private:
-    /// Largest squared length of a direction's tangential part that counts as rounding. Such a direction is taken for
-    /// the normal and has no plane of incidence.
+    /// Squared length of a direction's tangential part above which it has a plane of incidence. Shorter parts count as
+    /// rounding, and the direction as the normal.
     static constexpr float TANGENT_SQUARED_MIN = 1e-20f;
     /// Smallest argument of the square root in `transmission`, because the root has no derivative at zero. A zero root
     /// becomes 1e-6.

@@ -72,7 +72,8 @@ public:
     }
 
     /// Replaces the optics after Mitsuba has written textures or numbers. `keys` are the names of those that changed;
-    /// if there are none, `eta` and `k` count as unchanged.
+    /// if there are none, `eta` and `k` count as unchanged. A change of these may rebuild the tables, and surfaces of
+    /// the rigorous theory refuse it.
     void parameters_changed(const std::vector<std::string> &keys = {}) override {
         auto has_changed = [&](const char *key) { return std::find(keys.begin(), keys.end(), key) != keys.end(); };
         // Colour tables (RGB and mono variants) may include the interface's factor (interface.h) of the initial index.

@@ -1,5 +1,5 @@
 // Fingerprint of traced code. Dr.Jit records ("traces") a call into a kernel, and a frozen function (`dr.freeze`)
-// replays its kernels. By the fingerprint it notices that they no longer fit a BSDF.
+// replays its kernels. A changed fingerprint tells it that they no longer fit a BSDF, so it records new ones.
 #pragma once
 
 #include <array>

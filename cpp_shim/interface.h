@@ -74,7 +74,8 @@ public:
             s_in   = Vector3f(-azimuth.in.y(), azimuth.in.x(), 0.f);
             s_out  = Vector3f(-azimuth.out.y(), azimuth.out.x(), 0.f);
         } else {
-            // Phases of the index 0 + i depend on the angle; those of a perfect conductor do not.
+            // A perfect conductor has r_s = −1 and r_p = 1 at every angle. The index 0 + i has the same reflectance,
+            // but phases that depend on the angle.
             if (m_perfect)
                 matrix = jones_to_mueller(Complex(-1.f), Complex(0.f), Complex(0.f), Complex(1.f));
             else
@@ -123,12 +124,13 @@ public:
     }
 
 private:
-    /// Smallest squared sine of the angle between the directions for which their cross product gives the s axis. At
-    /// smaller angles rounding in single precision would turn the axis by more than about 0.01 rad. With a larger bound
-    /// more pairs of directions would get an arbitrary axis.
+    /// Squared sine of the angle between the directions above which their cross product gives the s axis. At smaller
+    /// angles rounding in single precision would turn the axis by more than about 0.01 rad. With a larger bound more
+    /// pairs of directions would get an arbitrary axis.
     static constexpr float NORMAL_SQUARED_MIN = 1e-10f;
-    /// Smallest squared length of a tangential vector that has an azimuth. It and its reciprocal root are normal
-    /// numbers in single precision. A larger bound would leave more directions without an azimuth.
+    /// Squared length of a tangential vector above which it has an azimuth. This bound and its reciprocal root are
+    /// normal (not subnormal) numbers in single precision. A larger bound would leave more directions without an
+    /// azimuth.
     static constexpr float TANGENT_SQUARED_MIN = 1e-24f;
     /// Smallest argument of the square root of `sines`, which has no derivative at zero.
     static constexpr float ROOT_MIN = 1e-24f;
@@ -202,6 +204,7 @@ private:
             // |B_pp|² + |B_ss|² and |B_sp|² + |B_ps|², times (q q0)².
             const Float straight = dr::fmadd(difference, difference, cos_squared * product * product);
             const Float crossed  = sin_squared * (q_squared + q0_squared);
+            // Q; its factor 2 q q0 / w² is here divided by (q q0)².
             return UnpolarizedSpectrum(2.f * (straight + crossed) / (product * w * w));
         }
         const Terms out(q, m_epsilon), in(q0, m_epsilon);

@@ -163,6 +163,7 @@ private:
         return { w.x().index(), w.y().index(), w.z().index() };
     }
 
+    /// Answer of Rust, by value or traced. Parts that `part` leaves out are zero.
     Answer evaluate(Part part, const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, const Size &size,
                     [[maybe_unused]] const Mask &active) const {
         if constexpr (Traces)
@@ -220,7 +221,8 @@ private:
     /// Largest step of each component in a difference quotient: x, y and z of wi, those of wo, scale and depth.
     ///
     /// The look-ups' frequencies are proportional to scale·(wi + wo) and their phase rate κ to
-    /// depth·(cosθi + cosθo). Both sums are at most 2, so a size takes half the step of a direction.
+    /// depth·(cosθi + cosθo). Both sums are at most 2. So a size takes half the step of a direction, which moves a
+    /// look-up equally far at most.
     std::array<float, 8> largest_steps() const {
         const Steps steps = m_surface->steps();
         const float x = steps.tangential[0], y = steps.tangential[1], z = steps.normal;

@@ -5,7 +5,7 @@
 
 #include "compat.h"
 
-using mitsuba::ClassName, mitsuba::Info, mitsuba::Warn; // for Log()
+using mitsuba::ClassName, mitsuba::Info, mitsuba::Warn; // Log() expands to ClassName
 
 namespace sunbeam {
 

@@ -1,6 +1,7 @@
 // Lines for Mitsuba's log, written by Rust (src/log.rs). Only threads on which Mitsuba has called the plugin may write:
-// earlier releases keep the logger in an object of each thread, which threads made by Rust lack. Mitsuba's logger may
-// throw. The bridge in src/log.rs declares both functions with `Result`, so cxx turns the exception into an `Err`.
+// older supported releases of Mitsuba keep the logger in an object of each thread, which threads made by Rust lack.
+// Mitsuba's logger may throw. The bridge in src/log.rs declares both functions with `Result`, so cxx turns the
+// exception into an `Err`.
 #pragma once
 
 #include "rust/cxx.h"

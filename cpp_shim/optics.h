@@ -62,7 +62,8 @@ public:
     }
 
     /// A copy for changed `eta` and `k`: the interface's factor follows these textures in each call. Its tables
-    /// include no factor. Throws for the rigorous theory, whose tables always include the material.
+    /// include no factor. Throws for the rigorous theory, whose tables always include the material. Not called for a
+    /// body that transmits: textures.h exposes no `eta` and `k` of a body.
     Optics without_index() const {
         std::shared_ptr<const Lobe> lobe = m_lobe;
         // These tables also serve the copy unless they include the factor.
@@ -119,8 +120,7 @@ public:
     }
 
     /// BSDF times |cosθo|, and density in 1/sr with which `sample` draws `wo`, over the enabled components. A part
-    /// whose template argument is false is not to be used. Zero where a direction lies below a surface that only
-    /// reflects.
+    /// whose template argument is false has no meaning. Zero where a direction lies below a surface that only reflects.
     template <bool Value, bool Density> std::pair<Spectrum, Float>
     answer(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
         if (m_transmission)
@@ -158,8 +158,7 @@ private:
         m_reflection           = { float(cover_index(props).value_or(1.0)), props.get<bool>("cover_reflection", true) };
         check_optics(props);
         const std::string material = material_name(props);
-        // `nullopt`: unknown, since `eta` or `k` is a texture or a colour. Without values: a perfect reflector.
-        std::optional<IndexSpectrum> index = index_spectrum(props, material);
+        IndexSpectrum index        = index_spectrum(props, material);
         if (const std::optional<double> eta = transparent_index(props)) {
             // Constant eta, and k = 0.
             index = IndexSpectrum{ {}, { *eta }, {}, { 0.0 } };
@@ -167,11 +166,8 @@ private:
                 Transmission<Float, Spectrum>(float(*eta), props.get<std::string>("transmission") == "film",
                                               props.get<bool>("back_reflection", true));
         }
-        m_reflection.perfect = index && index->eta.empty();
-        // `read` takes the index only to continue its spectra beyond their ends. It continues none for a perfect
-        // reflector or an unknown index, so the empty index serves for both.
-        const TextureSizes sizes =
-            m_textures.read(props, m_transmission.has_value(), material, index.value_or(IndexSpectrum()));
+        m_reflection.perfect     = index.is_known && index.eta.empty();
+        const TextureSizes sizes = m_textures.read(props, m_transmission.has_value(), material, index);
         refuse_unknown(props);
         const IndexSamples samples = index_samples(index);
         return checked([&] {
@@ -197,19 +193,19 @@ private:
         return !(m_reflection.perfect && surface.is_small_slope());
     }
 
-    /// Converts the index for Rust. `nullopt` stands for an unknown index: `eta` or `k` is a texture or a colour.
-    static IndexSamples index_samples(const std::optional<IndexSpectrum> &index) {
+    /// Converts the index for Rust. An unknown index has no values there, even if one of its parts is known.
+    static IndexSamples index_samples(const IndexSpectrum &index) {
         auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
             for (double value : from)
                 to.push_back(value);
         };
         IndexSamples samples;
-        samples.known = index.has_value();
-        if (index) {
-            copy(index->eta_nm, samples.eta_nm);
-            copy(index->eta, samples.eta);
-            copy(index->k_nm, samples.k_nm);
-            copy(index->k, samples.k);
+        samples.known = index.is_known;
+        if (index.is_known) {
+            copy(index.eta_nm, samples.eta_nm);
+            copy(index.eta, samples.eta);
+            copy(index.k_nm, samples.k_nm);
+            copy(index.k, samples.k);
         }
         return samples;
     }
@@ -255,7 +251,8 @@ private:
 
     Textures<Float, Spectrum> m_textures;
     std::vector<uint32_t> m_components;
-    /// Optics of a surface that only reflects; not called for a body that transmits.
+    /// Optics of a surface that only reflects; not called for a body that transmits. `read_and_build` replaces the
+    /// initial value, which has no cover.
     Reflection<Float, Spectrum> m_reflection{ 1.f, false };
     /// Optics of a body that transmits; none for a surface that only reflects.
     std::optional<Transmission<Float, Spectrum>> m_transmission;

@@ -16,7 +16,7 @@
 #include <mitsuba/core/spectrum.h>
 #include <mitsuba/render/ior.h>
 
-using mitsuba::ClassName, mitsuba::Error; // for Throw()
+using mitsuba::ClassName, mitsuba::Error; // Throw() expands to both
 using mitsuba::Properties;
 
 namespace sunbeam {
@@ -32,7 +32,7 @@ constexpr const char *NUMBERS[] = { "period",     "height",           "region_si
 constexpr const char *SIZES[]    = { "scale", "depth" };
 constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
 
-// Parameters that are read only where light is transmitted.
+// Parameters that are read only where light is transmitted. Elsewhere `refuse_unknown` refuses them as unread.
 constexpr const char *TRANSMISSION_ONLY[] = { "back_reflection", "int_ior", "ext_ior", "specular_transmittance" };
 
 // All parameters of the plugin, for messages. Those up to build_limit go to Rust, as does `eta` where light is
@@ -263,7 +263,7 @@ std::string material_name(const Properties &props) {
     return material;
 }
 
-std::optional<IndexSpectrum> index_spectrum(const Properties &props, const std::string &material) {
+IndexSpectrum index_spectrum(const Properties &props, const std::string &material) {
     IndexSpectrum index;
     if (material != "none") {
         auto read_file = [&](const char *suffix, std::vector<double> &nm, std::vector<double> &values) {
@@ -294,10 +294,11 @@ std::optional<IndexSpectrum> index_spectrum(const Properties &props, const std::
                 return false;
         }
     };
-    index.k = { 0.0 };
-    if (!read_parameter("eta", index.eta_nm, index.eta) ||
-        (props.has_property("k") && !read_parameter("k", index.k_nm, index.k)))
-        return std::nullopt;
+    index.is_known = read_parameter("eta", index.eta_nm, index.eta);
+    if (!props.has_property("k"))
+        index.k = { 0.0 };
+    else if (!read_parameter("k", index.k_nm, index.k))
+        index.is_known = false;
     return index;
 }
 

@@ -32,14 +32,15 @@ std::optional<double> transparent_index(const mitsuba::Properties &props);
 std::string material_name(const mitsuba::Properties &props);
 
 /// Complex refractive index eta + ik. Each part has either values at rising wavelengths in nm, or one value and no
-/// wavelengths: a constant. Without any values it stands for a perfect reflector.
+/// wavelengths: a constant. A part that is a colour or a texture has no values, and the index is then unknown. A known
+/// index without any values stands for a perfect reflector.
 struct IndexSpectrum {
     std::vector<double> eta_nm, eta, k_nm, k;
+    bool is_known = true;
 };
 
-/// Index of `material`, or of `eta` and `k` if it is "none". `material` comes from `material_name`. Returns nothing if
-/// `eta` or `k` is a colour or a texture, which have no wavelengths.
-std::optional<IndexSpectrum> index_spectrum(const mitsuba::Properties &props, const std::string &material);
+/// Index of `material`, or of `eta` and `k` if it is "none". `material` comes from `material_name`.
+IndexSpectrum index_spectrum(const mitsuba::Properties &props, const std::string &material);
 
 /// Range of wavelengths in nm for which a spectrum has values, cut to Mitsuba's range of 360 to 830 nm. Empty if `low`
 /// exceeds `high`.

@@ -115,7 +115,7 @@ public:
     }
 
     /// BSDF times cosθo, and density in 1/sr with which `sample` draws `wo`, over the enabled components. A part whose
-    /// template argument is false is not to be used. Both are zero where a direction lies below the surface.
+    /// template argument is false has no meaning. Both are zero where a direction lies below the surface.
     template <bool Value, bool Density>
     std::pair<Spectrum, Float> answer(const Lobe &lobe, const Textures<Float, Spectrum> &textures,
                                       const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
@@ -210,9 +210,9 @@ private:
         point.prob_cover = enabled.cover ? 1.f : 0.f;
         if (enabled.cover && (enabled.diffraction || enabled.pigment)) {
             const Float mirrored = dr::detach(m_cover.reflectance(Frame3f::cos_theta(si.wi)));
-            // In proportion to the mirror's reflectance and an estimate of the light from below the cover. A smaller
-            // lower bound would give the mirror more samples on dark surfaces; 0.2 limits the weights of the other
-            // components' samples to five times those without a cover.
+            // In proportion to the mirror's reflectance and an estimate of the light from below the cover. The lower
+            // bound 0.2 limits the weights of the other components' samples, transmittance included, to five times
+            // those without a cover. A smaller one would give the mirror more samples on dark surfaces.
             const Float passed = dr::detach(dr::mean(point.reflectance(cos_theta_i) + point.diffuse));
             point.prob_cover   = mirrored / (mirrored + (1.f - mirrored) * dr::clip(passed, .2f, 1.f));
         }
@@ -220,7 +220,7 @@ private:
     }
 
     /// BSDF times cosθo, and density in 1/sr, summed over the enabled components. A part whose template argument is
-    /// false is not to be used. Both directions are above the surface where `active` is true.
+    /// false has no meaning. Both directions are above the surface where `active` is true.
     template <bool Value, bool Density>
     std::pair<Spectrum, Float> evaluate(const Lobe &lobe, const SurfacePoint &point, const Enabled &enabled,
                                         const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
@@ -229,7 +229,8 @@ private:
         Float pdf(0.f);
         if (enabled.diffraction) {
             const Vector3f wi_relief = point.to_relief(si.wi), wo_relief = point.to_relief(wo);
-            // Converts densities, and values times cosines, from solid angles inside the cover to those outside.
+            // Converts densities, and values times cosines, from solid angles inside the cover to those outside. For
+            // values it includes the division by n², the change of radiance where light leaves the cover.
             const Float ratio = dr::detach(m_cover.solid_angle_ratio(wo));
             if (is_polarized_v<Spectrum> && lobe.surface().is_rigorous()) {
                 if constexpr (Value)
@@ -246,8 +247,8 @@ private:
             pdf *= point.prob_diffraction * ratio;
         }
         if (enabled.pigment) {
-            // cosθo / π: the density of the pigment's samples, and the value of a white pigment. Radiance inside a
-            // cover of index n is n² times that outside, hence the division by n² below.
+            // cosθo / π: the density of the pigment's samples, and the value times cosθo of a white pigment. Radiance
+            // inside a cover of index n is n² times that outside, hence the division by n² below.
             const Float lambertian = warp::square_to_cosine_hemisphere_pdf(wo);
             if constexpr (Value)
                 value +=

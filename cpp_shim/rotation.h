@@ -19,9 +19,14 @@ template <typename Float> struct Rotation {
         return { sin, cos };
     }
 
-    /// Vector `w` of the shading frame in the relief's frame.
+    /// Converts a vector from the shading frame to the relief's frame.
     Vector3f to_relief(const Vector3f &w) const {
         return { dr::fmadd(cos, w.x(), sin * w.y()), dr::fmadd(cos, w.y(), -sin * w.x()), w.z() };
+    }
+
+    /// Converts a vector from the relief's frame to the shading frame.
+    Vector3f to_shading(const Vector3f &w) const {
+        return { dr::fmadd(cos, w.x(), -sin * w.y()), dr::fmadd(cos, w.y(), sin * w.x()), w.z() };
     }
 
     /// First axis of the frame of polarisation for light along the unit vector `w`, both in the shading frame: the
@@ -33,11 +38,6 @@ template <typename Float> struct Rotation {
         const Vector3f grooves             = to_shading({ 0.f, 1.f, 0.f });
         const Vector3f axis                = dr::fnmadd(w, dr::dot(grooves, w), grooves);
         return axis * dr::rsqrt(dr::maximum(dr::squared_norm(axis), SQUARED_LENGTH_MIN));
-    }
-
-    /// Vector `w` of the relief's frame in the shading frame.
-    Vector3f to_shading(const Vector3f &w) const {
-        return { dr::fmadd(cos, w.x(), -sin * w.y()), dr::fmadd(cos, w.y(), sin * w.x()), w.z() };
     }
 };
 

@@ -44,8 +44,7 @@ template <typename Float, typename Spectrum> struct Textures {
     /// Reads the textures from the plugin's properties and returns the ranges of the relative sizes.
     ///
     /// `transmits` tells whether the surface is a body that transmits. `material` comes from `material_name`, "none"
-    /// without one. `index` has the spectra of eta and k; it is empty for a perfect reflector, and if either is a
-    /// colour or a texture.
+    /// without one. `index` has the spectra of eta and k, which are continued beyond their ends.
     TextureSizes read(const Properties &props, bool transmits, const std::string &material,
                       const IndexSpectrum &index) {
         if (material != "none") {
@@ -68,7 +67,7 @@ template <typename Float, typename Spectrum> struct Textures {
             specular_transmittance = props.get_texture<Texture>("specular_transmittance", 1.f);
         if (props.has_property("diffuse_reflectance"))
             diffuse_reflectance = props.get_texture<Texture>("diffuse_reflectance", 0.f);
-        // No texture yet; both ranges are [1, 1].
+        // A size without a texture keeps the range [1, 1]: the relief is built at that size.
         TextureSizes sizes{ false, { 1.f, 1.f }, { 1.f, 1.f } };
         auto read_size = [&](const char *name, ref<Texture> &texture, std::array<float, 2> &range) {
             if (!props.has_property(name) || is_number(props, name))
@@ -103,7 +102,7 @@ template <typename Float, typename Spectrum> struct Textures {
         // Copies, since a constant reference would select the overload of `put` for values instead of objects.
         auto put = [&](const char *name, ref<Texture> texture, auto flags) { cb->put(name, texture, flags); };
         if (specular_transmittance) {
-            // `eta` and `k` are not exposed: the tables of a body are built for its index.
+            // A body that transmits. Its `eta` and `k` are not exposed, since its tables are built for them.
             put("specular_transmittance", specular_transmittance, ParamFlags::Differentiable);
         } else {
             put("eta", eta, ParamFlags::Differentiable | ParamFlags::Discontinuous);

@@ -103,7 +103,7 @@ public:
     }
 
     /// BSDF times |cosθo|, and density in 1/sr with which `sample` draws `wo`, over the enabled components. A part
-    /// whose template argument is false is not to be used.
+    /// whose template argument is false has no meaning.
     template <bool Value, bool Density>
     std::pair<Spectrum, Float> answer(const Lobe &lobe, const Textures<Float, Spectrum> &textures,
                                       const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
@@ -252,6 +252,7 @@ private:
         /// Amplitudes √τ of the states s and p.
         Float passed_s, passed_p;
 
+        /// Terms of the direction `w` in the shading frame, a unit vector.
         Terms(const Vector3f &w, float eta, bool is_film) {
             const Float cos      = dr::abs(w.z());
             is_below             = w.z() < 0.f;
@@ -355,7 +356,7 @@ private:
         }
     }
 
-    /// Smallest length of a direction's tangential part that has an azimuth. Shorter parts count as rounding of the
+    /// Length of a direction's tangential part above which it has an azimuth. Shorter parts count as rounding of the
     /// normal. A smaller bound would take azimuths from rounding, a larger one would ignore true ones.
     static constexpr float TANGENT_MIN = 1e-5f;
 

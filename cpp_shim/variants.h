@@ -13,8 +13,8 @@ size_t register_scalar_variants(std::string_view name, mitsuba::PluginRegisterFn
 size_t register_llvm_variants(std::string_view name, mitsuba::PluginRegisterFn fn);
 size_t register_cuda_variants(std::string_view name, mitsuba::PluginRegisterFn fn);
 
-/// Address of a function in the running Mitsuba's core library, for `require_compatible` (checks.h). Set when Mitsuba
-/// loads the plugin, before any instance is made.
+/// Address of a function in the running Mitsuba's core library, for `require_compatible` (checks.h). diffraction.cpp
+/// sets it when Mitsuba loads the plugin, before any instance is made.
 extern const void *mitsuba_address;
 
 } // namespace sunbeam

@@ -1,4 +1,4 @@
-// Variants of the LLVM backend: mono and spectral, with and without polarisation, and RGB.
+// Variants of Dr.Jit's LLVM backend, all differentiable: mono and spectral, with and without polarisation, and RGB.
 #include "diffraction.h"
 #include "variants.h"
 

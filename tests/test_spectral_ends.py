@@ -153,6 +153,18 @@ def test_spectra_in_a_texture_extend_from_their_common_range(capfd):
     np.testing.assert_allclose(evaluated(bsdf), expected, rtol=RTOL)
 
 
+@pytest.mark.parametrize("name", ["scalar_rgb", "llvm_ad_rgb", "llvm_ad_mono", "llvm_ad_spectral"])
+def test_a_spectrum_beside_a_textured_part_extends(name, capfd):
+    use_variant(name)
+    texture = {"type": "bitmap", "bitmap": mi.Bitmap(np.full((2, 2), 0.7, np.float32)), "raw": True}
+    for part, short, whole, textured in (("eta", SHORT, WHOLE, "k"), ("k", SHORT_K, WHOLE_K, "eta")):
+        bsdf = made(**{part: spectrum(short), textured: texture})
+        (told,) = warnings(capfd)
+        assert f'parameter "{part}" is given from {short[0][0]} to {short[-1][0]} nm only' in told
+        assert_same(bsdf, made(**{part: spectrum(whole), textured: texture}))
+        assert warnings(capfd) == []
+
+
 def test_reflectances_do_not_extend(capfd):
     """A reflectance stays zero beyond its ends."""
     use_variant("llvm_ad_spectral")

@@ -70,14 +70,15 @@ mod ffi {
 
     /// Ranges of the relative sizes in textures, each `[smallest, largest]`.
     struct TextureSizes {
-        /// False if `scale` and `depth` are numbers. The ranges are then ignored.
+        /// False if both `scale` and `depth` are numbers; the ranges are then ignored. If only one is a number, its
+        /// range is [1, 1].
         given: bool,
         scale: [f32; 2],
         depth: [f32; 2],
     }
 
     /// Complex refractive index eta + ik. Each part has either values at rising wavelengths in nm, or one value and no
-    /// wavelengths: a constant. Without any values it stands for a perfect reflector.
+    /// wavelengths: a constant. An index that is known and has no values stands for a perfect reflector.
     struct IndexSamples {
         /// False if `eta` or `k` is a texture or a colour, which have no wavelengths. The lists are then empty.
         known: bool,

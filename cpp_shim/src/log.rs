@@ -75,8 +75,10 @@ fn write_warnings() {
 }
 
 /// Runs `build` on a new thread, and writes its progress and the library's warnings to Mitsuba's log. A panic of
-/// `build` continues on this thread, which must be one on which Mitsuba calls the plugin. It is: surface.rs calls this
-/// function while Mitsuba makes or changes a BSDF.
+/// `build` continues on this thread.
+///
+/// Only for threads on which Mitsuba calls the plugin. surface.rs guarantees it: it calls this function while Mitsuba
+/// makes or changes a BSDF.
 pub(crate) fn logged<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
     // Fails on all calls but the first, and if the process has another logger, which then receives the warnings.
     if log::set_logger(&WarningLogger).is_ok() {

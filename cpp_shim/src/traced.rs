@@ -267,7 +267,8 @@ impl<'s> Numbers for Traced<'s> {
         recorded.state
     }
 
-    // Families of plain numbers tabulate `function` over a range of integers. Here the kernel computes it at each use.
+    // Families of plain numbers tabulate `function` over the integers below the ignored count. Here the kernel computes
+    // it at each use.
     fn tabulated(_: u32, function: impl Fn(Self::Index) -> Self::Real) -> impl Fn(Self::Index) -> Self::Real {
         function
     }

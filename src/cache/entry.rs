@@ -37,14 +37,14 @@ impl Key {
         Self::new("surface", field, options)
     }
 
-    /// Key of a [`ColourSurface`](crate::lobe::ColourSurface). `index` is the index of its interface's factor; `None`
-    /// leaves the factor out.
+    /// Key of a [`ColourSurface`](crate::lobe::ColourSurface). `index` is the refractive index for which its colours
+    /// include the interface's factor; `None` leaves the factor out.
     pub(super) fn of_colours(field: &HeightField, options: &Options, index: Option<&SpectralIndex>) -> Self {
         Self::new(&format!("colours {index:?}"), field, options)
     }
 
     /// Key of a grating's tables, which do not depend on the coherence length. `kind` separates the several kinds of
-    /// tables of one grating. It is a fixed text, so unlike [`Key::new`] no length need separate it from what follows.
+    /// tables of one grating. The few kinds are fixed texts, so that they need no length as in [`Key::new`].
     #[cfg(feature = "rigorous")]
     pub(super) fn of_grating(kind: &str, profile: &Profile, body: GratingBody<'_>) -> Self {
         let mut hasher = blake3::Hasher::new();

@@ -65,13 +65,14 @@ fn make_room(folder: &Path, limit_bytes: u64) -> io::Result<()> {
     for file in fs::read_dir(folder)?.flatten() {
         // Reading the metadata fails for a file that another process has just removed.
         let Ok(metadata) = file.metadata() else { continue };
-        let used = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+        // Time of last use of an entry ([`read`]), of last writing of a temporary file.
+        let modified = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
         let name = file.file_name().to_string_lossy().into_owned();
-        if name.starts_with(UNFINISHED) && now.duration_since(used).is_ok_and(|age| age > STALE_AGE) {
+        if name.starts_with(UNFINISHED) && now.duration_since(modified).is_ok_and(|age| age > STALE_AGE) {
             // Another process may have removed it.
             let _ = fs::remove_file(file.path());
         } else if is_file_name(&name) && metadata.is_file() {
-            entries.push((used, metadata.len(), file.path()));
+            entries.push((modified, metadata.len(), file.path()));
         }
     }
     entries.sort();

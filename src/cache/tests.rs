@@ -122,7 +122,7 @@ fn damaged_foreign_and_misnamed_entries_are_rebuilt() {
         fs::write(&path, bytes).unwrap();
         let (surface, origin) = cache.surface(&field, &options, &Progress::none()).unwrap();
         assert_eq!(origin, Origin::Kept, "{damage}");
-        // The reports differ by the time of building.
+        // Only the words are compared, since the reports differ by the time of building.
         assert!(surface.table().words() == first.table().words(), "{damage}");
         assert_eq!(
             cache.surface(&field, &options, &Progress::none()).unwrap().1,
@@ -136,6 +136,7 @@ fn damaged_foreign_and_misnamed_entries_are_rebuilt() {
     forged.extend_from_slice(blake3::hash(b"short").as_bytes());
     forged.extend_from_slice(b"short");
     assert!(entry::decode::<Surface>(&key, &forged).is_none());
+    // The entry was written from `first`, so that their reports agree, too.
     assert_eq!(entry::decode(&key, &whole).map(|surface| bytes_of(&surface)), Some(bytes_of(&first)));
 }
 

@@ -6,8 +6,8 @@ use super::cie::{D65, OBSERVER_1931, RANGE_NM};
 /// D65 as constant.
 pub const OBSERVER_RANGE_NM: (f64, f64) = (RANGE_NM.0 as f64, RANGE_NM.1 as f64);
 
-/// Index of the table entry at or below a wavelength and the fraction in [0, 1] towards the next entry. Both tables
-/// have an entry for each nm. Wavelengths outside the tables are clamped to them.
+/// Index of the table entry at or below a wavelength and the fraction in [0, 1] towards the next entry. The last entry
+/// is the fraction 1 after the last but one. Both tables have an entry for each nm. Wavelengths outside are clamped.
 fn locate(wavelength_nm: f64) -> (usize, f64) {
     let position = (wavelength_nm - OBSERVER_RANGE_NM.0).clamp(0.0, (D65.len() - 1) as f64);
     let index = (position as usize).min(D65.len() - 2);

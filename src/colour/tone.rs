@@ -2,7 +2,7 @@
 //! crates/window/src/tone.rs compares both.
 //!
 //! ```text
-//! p    largest channel of a colour after exposure
+//! p    largest channel of a colour after exposure, its product with 2^stops
 //! e    p − KNEE, its excess over the knee
 //! p'   KNEE + (1 − KNEE)·e/(e + SHOULDER) where e > 0, else p: the largest channel that is displayed, below 1
 //! ```
@@ -16,8 +16,8 @@ const SHOULDER: f64 = 0.6;
 
 /// Maps linear sRGB, multiplied by `2^stops`, to [0, 1] for [`super::srgb_encode`].
 ///
-/// Colours whose largest channel is at most `KNEE`, 0.8, are kept. All channels of brighter colours are multiplied by
-/// one factor, which keeps their hue. Negative channels and NaN become 0. A colour with an infinite channel, for which
+/// Products whose largest channel is at most `KNEE`, 0.8, are kept. All channels of brighter ones are multiplied by one
+/// factor, which keeps their hue. Negative channels and NaN become 0. A colour with an infinite channel, for which
 /// the curve is not defined, is kept and exceeds 1.
 ///
 /// ```

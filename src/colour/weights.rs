@@ -113,7 +113,7 @@ impl SpectralToRgb {
     /// The errors of [`SpectralToRgb::new`]; [`ColourError::TooFine`] for more than 2²⁰ wavelengths.
     pub fn visible(step_nm: f64) -> Result<Self, ColourError> {
         let (first_nm, last_nm) = OBSERVER_RANGE_NM;
-        // The factor keeps the last wavelength where the quotient is rounded down. Casts saturate.
+        // The factor keeps the last wavelength where the quotient is rounded down. The cast saturates for tiny steps.
         let steps = ((last_nm - first_nm) / step_nm * (1.0 + f64::EPSILON)).floor() as usize;
         // Steps that are not positive are left to `new` to refuse.
         let count = if step_nm > 0.0 { steps.saturating_add(1) } else { 0 };

@@ -5,7 +5,8 @@
 //! 3. Samples of the colour F on all rings, integrated over wavelength (`path.rs`).
 //! 4. Spline coefficients of each ring (`fit.rs`), packed in words (`pack.rs`).
 //!
-//! Symbols are those of the [parent module](super).
+//! F is the colour over the scattering vector wi + wo = (u, v, w), the integral over the wavelength λ of the power
+//! spectrum S at the frequency (u, v)/λ and the phase rate κ = 2πw/λ ([parent module](super)).
 
 use super::fit::{FittedRing, fit};
 use super::pack::{exponent_offset, pack};
@@ -32,8 +33,8 @@ const COST_MAX: f64 = 1.5e9;
 const LENGTH_STEP: f64 = 0.95;
 
 /// Standard deviation of the Gaussian window that stands for an aperiodic scan's taper, as a fraction of the scan's
-/// longer side. The Gaussian with the taper's spectral peak has 0.23. This value is larger, so that rings resolve the
-/// taper's lobes.
+/// longer side. A Gaussian with a spectral peak as wide as the taper's has 0.23. This value is larger, so that rings
+/// resolve the taper's side lobes, too.
 const TAPER_SIGMA: f64 = 0.35;
 
 /// Wavelength in µm for which [`knee`] is computed: about the middle of the visible range.
@@ -99,7 +100,8 @@ impl ColourTable {
             model: options.model,
             tiling: options.tiling,
             coherence_length_um,
-            // Only the advice of a refusal reads the magnification. A `ColourSurface` has been checked with its own.
+            // Only the advice in a refusal's message reads it. A `ColourSurface` has passed this check before, with the
+            // magnification of its cover or body.
             magnification: 1.0,
             tolerance: options.tolerance,
             purpose: Purpose::Table,

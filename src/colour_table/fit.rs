@@ -1,10 +1,11 @@
 //! Fit of one ring: coefficients of a bicubic B-spline from samples of the colour F over direction and w.
 //!
-//! F(u, v, w) is the colour at the scattering vector wi + wo, whose component w along the normal is from 0 to 2
+//! F(u, v, w) is the colour at the scattering vector wi + wo = (u, v, w), with w along the normal, from 0 to 2
 //! ([module](super)). A ring is a circle in the plane of (u, v). Its *directions* are azimuths, uniformly spaced.
 //!
-//! Near the horizon, for w → 0, F falls as w² down to a constant from the tails of order zero. For a small relative
-//! error there, the spline represents the scaled colour `F·(w² + knee²)/(w² + zero²)`, which changes little with w.
+//! Near the horizon, for w → 0, F falls as w² down to a constant: the light in the tails of order zero. For a small
+//! relative error there, the spline represents the scaled colour `F·(w² + knee²)/(w² + zero²)`, which changes little
+//! with w.
 //! `knee` and `zero` are values of w: above `knee` F no longer follows the square law, below `zero` the constant
 //! prevails. Evaluators divide by the factor again (`lookup.rs`).
 

@@ -60,7 +60,7 @@ impl<N: Numbers> ColourView<N> {
     }
 
     /// Colour on the ring of index `ring`, a whole number, at the direction `turn` (in turns) and `w`. `efolds` is
-    /// `ln(1 + w/w_log)`.
+    /// `ln(1 + w/w_log)`. Arbitrary unless `active`: the caller replaces such colours by zero.
     ///
     /// The line through the centre goes on to ring 0 on the opposite side, so index −1 is ring 0 half a turn away, and
     /// −2 is ring 1. Indices beyond the last ring read the last.

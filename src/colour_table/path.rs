@@ -1,9 +1,9 @@
 //! Integral over wavelength along rays of the frequency plane.
 //!
-//! The result is the colour F of the scattering vector q = wi + wo = (u, v, w), sampled on rings in the plane of (u,
-//! v): circles about the origin. S(f; κ) is the power spectrum of the relief in the spectral table, at the frequency f
-//! in cycles/µm and the phase rate κ in rad/µm. R is the reflectance of the interface, and `weight` the linear sRGB
-//! per wavelength ([module](super)).
+//! The result is the colour F of the scattering vector q = wi + wo = (u, v, w). It is sampled on rings: circles about
+//! the origin in the plane of (u, v). S(f; κ) is the power spectrum of the relief in the spectral table, at the
+//! frequency f in cycles/µm and the phase rate κ in rad/µm. R is the reflectance of the interface, and `weight` the
+//! linear sRGB per wavelength ([module](super)).
 //!
 //! At the azimuth φ on a ring of radius r, light of the wavelength λ has the radial frequency `ρ = r/λ`. So the
 //! integral over λ is one along a ray of the frequency plane, from the origin at the azimuth φ, and `dλ/λ² = −dρ/r`:
@@ -109,7 +109,8 @@ impl Path {
             let wavelength_rgb = colours.density(wavelength_nm);
             for (w_index, &w) in sampled_w.iter().enumerate() {
                 // The largest w belong to look-ups at smaller radii, which interpolate with this ring. At the ring's
-                // own radius no pair of directions has a κ beyond the limit, at which records end.
+                // own radius no pair of directions has a κ beyond the limit, at which records end. The limit depends on
+                // |f| alone, so that of the azimuth 0 is that of every ray.
                 let kappa = (TAU * w / wavelength_um).min(table.kappa_limit([frequency, 0.0]));
                 // The four coefficients of a record's spline that are read at this κ, and the factors of `Term`.
                 let curve = NodeCurve::new(table, kappa);

@@ -5,8 +5,9 @@
 //!
 //! Ring k has the radius `r_k = inner_spacing/growth · sinh(growth·(k + ½))`. Near the centre rings are `inner_spacing`
 //! apart, further out `growth·r`. The finest feature over radius and direction is the Gaussian of an order. Its
-//! standard deviation is `λ·sigma_per_um` in direction cosines. Features over w are the fringes between the highest and
-//! the lowest point of the relief. A half wave of them is `λ/(2·range_um)` wide.
+//! standard deviation is `sigma_per_um` in cycles/µm, and `λ·sigma_per_um` in direction cosines. Features over w are
+//! the fringes between the highest and the lowest point of the relief, `range_um` apart. A half wave of them is
+//! `λ/(2·range_um)` wide.
 
 use std::f64::consts::{SQRT_2, TAU};
 

@@ -224,8 +224,8 @@ impl SurfaceConfig {
         Ok(cache.shared_surface(&self.height_field_inside()?, &self.options_for(index), progress)?)
     }
 
-    /// [`SurfaceConfig::build_shared`] in linear sRGB. `index` selects the options, as there. The colours include the
-    /// interface's factor for the index `fresnel`; `None` leaves the factor to the caller.
+    /// [`SurfaceConfig::build_shared`] in linear sRGB. `index` selects the obliquity factor, as there. The colours
+    /// include the interface's factor for the index `fresnel`; `None` leaves the factor to the caller.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::build_shared`].

@@ -74,6 +74,7 @@ impl BuiltSurface {
     fn interface(&self, wi: Vec3, wo: Vec3) -> f64 {
         match &self.tables {
             Tables::Scalar(surface, index) if surface.options().body.is_none() => {
+                // A pair exists, since callers return before where `inside` finds a direction below the surface.
                 Pair::new(wi, wo).map_or(0.0, |pair| pair.interface(*index, surface.options().obliquity))
             }
             Tables::Scalar(..) | Tables::Rigorous(_) => 1.0,

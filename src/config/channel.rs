@@ -12,7 +12,7 @@ enum Channel {
 }
 
 /// Deserialises a number, a string or null. A number becomes its decimal digits, the form in which command lines and
-/// scene files give it.
+/// scene files give it. Readers of files take digits as a number first, then as a title.
 pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
     Ok(Option::<Channel>::deserialize(deserializer)?.map(|channel| match channel {
         Channel::Number(number) => number.to_string(),

@@ -57,7 +57,7 @@ impl SurfaceConfig {
     ) -> Result<Box<dyn Method>, BuildError> {
         match (self.theory, kind) {
             (Theory::Scalar, _) => {
-                // Inside a cover or film of index n wavelengths are shorter, so the whole relief is magnified by n.
+                // Methods take λ in air. Inside a cover or film of index n it is λ/n, so the relief is magnified by n.
                 let (field, surface_options) = (self.height_field_inside()?, self.options_for(index));
                 Ok(methods::build_watched(kind, &field, &surface_options, options, progress)?)
             }

@@ -22,8 +22,9 @@ pub enum ObliquityChoice {
     /// tabulated wavelength), `stam` for other indices and for a perfect conductor, which has none.
     #[default]
     Auto,
-    /// [`Obliquity::Stam`]: `O = (1 + wi·wo)²/(cosθi cosθo w²)` with `w = cosθi + cosθo`, which grows towards the
-    /// horizon. It is that of the tangent-plane approximation for a perfect conductor.
+    /// [`Obliquity::Stam`]: `O = (1 + wi·wo)²/(cosθi cosθo w²)` with `w = cosθi + cosθo`. The unit vectors wi to the
+    /// light and wo to the viewer have the angles θi and θo with the normal. O grows towards the horizon. It is that of
+    /// the tangent-plane approximation for a perfect conductor.
     Stam,
     /// [`Obliquity::SmallSlope`], the factor Q in place of O and of the Fresnel reflectance.
     SmallSlope,

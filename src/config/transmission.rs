@@ -18,7 +18,8 @@ impl SurfaceConfig {
             Transmission::Film => true,
             Transmission::Interface => false,
         };
-        // The coherence length gives the width of an order, which bounds the body's `normal_min` from below.
+        // The coherence length gives the width of an order. It bounds `normal_min` from below, the smallest |w|/eta at
+        // which the body's factors are evaluated.
         self.eta.map(|eta| TransparentBody::new(eta, is_film, self.coherence_length))
     }
 

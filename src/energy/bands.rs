@@ -1,5 +1,8 @@
 //! Divisors of red, green and blue, for renderers that carry colours. `methods/albedo.wgsl` evaluates them in WGSL.
 //!
+//! The reflectance of the directions wi and wo is divided by `max(1, A(wi), A(wo))`, with the tabulated divisor A of a
+//! direction at a wavelength (`mod.rs`).
+//!
 //! A colour channel is a *band*: an integral over wavelengths with its weights in linear sRGB. The divisor of a band is
 //! the mean of the divisors by wavelength, with the positive parts of the weights. Red has large negative weights near
 //! 500 nm; with them, a saturated red would count as an albedo above one although no wavelength's albedo is.
@@ -18,8 +21,8 @@ const BANDS: usize = 3;
 const BAND_NODES: usize = 3;
 /// Wavelengths in nm at which the divisor is read for the bands, near the peaks of blue, green and red.
 const BAND_NODES_NM: [f64; BAND_NODES] = [460.0, 540.0, 620.0];
-/// Weights `[band][node]` of [`BAND_NODES_NM`] in the mean over a band. They are exact for divisors that are linear
-/// between the nodes and constant beyond them, not negative, and sum to 1 for each band.
+/// Weights `[band][node]` of [`BAND_NODES_NM`] in the mean over a band. They are not negative and sum to 1 for each
+/// band. They are exact for divisors that are linear between the nodes and constant beyond them.
 const BAND_NODE_WEIGHTS: [[f64; BAND_NODES]; BANDS] =
     [[0.0486, 0.2074, 0.7440], [0.1456, 0.7197, 0.1348], [0.9317, 0.0683, 0.0]];
 
@@ -58,7 +61,7 @@ impl<N: Numbers> AlbedoView<N> {
         active: N::Mask,
     ) -> [N::Real; BANDS] {
         let lit = N::Real::lit;
-        // Albedos are read without the coherence window, so `keeps_window` is false.
+        // Look-ups of A read only the wavelengths of `Reading`, so `keeps_window`, here false, has no effect.
         let at_nodes = BAND_NODES_NM.map(|nm| self.excess(place, &Reading::resized(lit(nm), size, false), active));
         BAND_NODE_WEIGHTS
             .map(|weights| (0..BAND_NODES).fold(lit(0.0), |sum, node| at_nodes[node].fma(lit(weights[node]), sum)))

@@ -1,4 +1,7 @@
-//! Fills albedo tables of reliefs that reflect, in the steps of the [module](super), whose symbols are used here.
+//! Fills albedo tables of reliefs that reflect, in the steps of the [module](super).
+//!
+//! Symbols are the module's: f is the reflectance of wi and wo, a the albedo of wi, and A the tabulated divisor of a
+//! direction. b is a lower bound of A, and t the least number from 1 on with `∫ f min(1, t/b(wo)) cosθo dωo ≤ t`.
 
 use super::grid::Grid;
 use super::integral::AlbedoIntegral;
@@ -13,7 +16,7 @@ use crate::table::{Progress, Steps};
 /// widely around ridges, and the mean albedo of a sinusoid is lower by 0.003.
 const SIZE_OF_ORDERS: (u32, u32) = (56, 15);
 /// Numbers of cells and planes where the orders of a relief that varies along x and y are wider than [`WIDE_ORDERS`].
-/// With [`SIZE_OF_ORDERS`], the build of a tile of 2.4 µm by 2 µm takes 18 s instead of 1 s at a coherence length of
+/// With [`SIZE_OF_ORDERS`], the build of a tile of 2.4 µm by 2 µm takes 18 s instead of 3 s at a coherence length of
 /// 10 µm, and the mean albedo is higher by 0.03.
 const SIZE_OF_WIDE_ORDERS: (u32, u32) = (24, 9);
 /// Standard deviation in direction cosines above which [`SIZE_OF_WIDE_ORDERS`] applies. Chosen: the ridges of wider
@@ -22,8 +25,8 @@ const WIDE_ORDERS: f64 = 0.02;
 /// Numbers of cells and planes of other tables, chosen as those of [`SIZE_OF_ORDERS`]. With (20, 9), the build takes
 /// twice as long, and the mean albedo of the preset *Xenopeltis* is higher by 0.008.
 const SIZE: (u32, u32) = (16, 7);
-/// Check points in each cell of a table with narrow orders. With 14, an albedo of 1.013 remains on gratings; more take
-/// longer.
+/// Check points in each cell of a table with separate orders. With 14, an albedo of 1.013 remains on gratings; more
+/// take longer.
 const CHECKS_OF_ORDERS: usize = 20;
 /// Check points in each cell of other tables. With 6, an albedo of 1.020 remains on a relief 2 µm deep; more take
 /// longer.
@@ -50,7 +53,7 @@ pub(super) fn reflecting(integral: &AlbedoIntegral, sizes: Option<&SizeRange>, p
     let ((cells, planes), checks, slab_phase) = if !integral.has_separate_orders() {
         (SIZE, CHECKS, SLAB_PHASE)
     } else if !integral.is_mirrored() && integral.sigma_max() > WIDE_ORDERS {
-        (SIZE_OF_WIDE_ORDERS, CHECKS, SLAB_PHASE)
+        (SIZE_OF_WIDE_ORDERS, CHECKS_OF_ORDERS, SLAB_PHASE)
     } else {
         (SIZE_OF_ORDERS, CHECKS_OF_ORDERS, SLAB_PHASE_OF_RIDGES)
     };

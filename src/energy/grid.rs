@@ -5,7 +5,7 @@
 //! horizon at the rim. The grid divides the square [−1, 1]² around the disc into equal cells. The map needs no
 //! trigonometry, is regular at the normal, and is fine towards the horizon, where albedos change most.
 //!
-//! A *plane* of a table has the values of one wavelength or colour band on this grid.
+//! A *plane* of a table has the values of one wavelength on this grid.
 
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::{COSINE_MIN, Vec3};
@@ -16,7 +16,7 @@ const RIM_COSINE: f64 = 1e-3;
 
 /// Place of a direction in a grid.
 pub(crate) struct GridPlace<N: Numbers> {
-    /// Index of its cell in a plane, `[y][x]`.
+    /// Index of its cell in a plane, `[y][x]`; below a transparent body, plus the number of packets of the side above.
     pub cell: N::Index,
     /// Position in the cell along x, from 0 at the lower node to 1 at the upper.
     pub x: N::Real,

@@ -66,9 +66,10 @@ impl<'a> AlbedoIntegral<'a> {
 
     /// The integral for a range of sizes.
     ///
-    /// Orders of gratings keep their width when the pattern is resized by s. In the table's frequencies, the standard
-    /// deviation σ becomes s·σ. It is narrowest at the smallest scale, where albedos are largest; all sizes get this
-    /// width. Squares stay unchanged. The index is that of the largest depth, which is exact for a single depth.
+    /// Orders of gratings keep their width when the pattern is resized by s. The table's frequencies are s times those
+    /// of the resized pattern, so the standard deviation σ becomes s·σ there. It is narrowest at the smallest scale,
+    /// where albedos are largest; all sizes get this width. Squares stay unchanged. The index is that of the largest
+    /// depth, which is exact for a single depth.
     pub(super) fn of_sizes(mut self, sizes: &SizeRange) -> Self {
         for portion in self.portions.iter_mut().filter(|portion| !portion.is_square) {
             portion.sigma_f = portion.sigma_f.map(|sigma| sigma * sizes.scale[0]);

@@ -213,7 +213,7 @@ impl<N: Numbers> AlbedoView<N> {
     }
 
     /// Place of a direction of unit length in the table of a transparent body, whose second side is that of directions
-    /// below the relief. The direction points upwards on either side.
+    /// below the relief. On either side `w` points into the upper hemisphere; `is_below` tells the sides apart.
     #[inline(always)]
     pub(crate) fn place_at_body(&self, w: [N::Real; 3], is_below: N::Mask) -> GridPlace<N> {
         let AlbedoLayout { cells, planes, .. } = self.layout;

@@ -1,5 +1,5 @@
-//! Nodes of a slab of an albedo table, and the cells between them. A slab has all planes of wavelength of one λ"
-//! (`sizes.rs`); most tables have one slab.
+//! Nodes of a slab of an albedo table, and the cells between them. A table for several relative sizes of the relief has
+//! a slab of planes for each λ" = λ/depth (`sizes.rs`). Other tables have one slab, with all planes of wavelength.
 //!
 //! Nodes lie on the corners of a square grid over directions (`grid.rs`), in planes of wavelength. A node holds the
 //! value `(A − 1)·cos²θ` of its divisor A (`mod.rs`); the *excess* is `A − 1`. A *cell* lies between two neighbouring

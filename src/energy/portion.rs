@@ -85,11 +85,12 @@ pub(super) fn portions(table: &SpectralTable, side_min: f64) -> Vec<Portion<'_>>
     // each node is a diffraction order.
     let is_continuous = axes.iter().any(|axis| axis.cutoff.is_finite());
     let separate = if is_wide || is_continuous { 0 } else { SEPARATE };
+    // `reach` is the largest node number along an axis. If it is 0, all nodes lie at frequency 0.
     let sides = [0, 1].map(|c| {
         match (is_wide, axes[c].reach) {
             (true, 0) => WIDE_SIDE_SIGMAS * sigma_f[c],
             (true, _) => side_min.max(WIDE_SIDE_SIGMAS * sigma_f[c]),
-            // All nodes lie at frequency 0 along this axis. One square, as wide as the Gaussians, takes their power.
+            // One square, with the standard deviation of the Gaussians, takes their power.
             (false, 0) => sigma_f[c] / UNIFORM_SIGMA,
             (false, _) => NARROW_SIDE_PER_UM,
         }

@@ -102,7 +102,8 @@ pub(super) fn integrate(
         along(0) * along(1)
     };
     // A narrow portion far from the horizon, which the pixels resolve, has one node, at its centre. `cos_outer` is
-    // about the smallest cosθo. Since `du = cosθo dψ`, steps per unit of u are those per radian of ψ over cosθo.
+    // about the smallest cosθo; 0 gives the largest count. Since `du = cosθo dψ`, steps per unit of u are those per
+    // radian of ψ over cosθo.
     let cos_outer = (1.0 - (rho + widest).powi(2)).max(0.0).sqrt();
     let is_narrow = count(2.0 * widest, ROWS_PER_COSINE.max(steps_per_radian(cos_outer) / cos_outer)) == 1.0;
     if let Some(wo) = direction_above(centre[0], centre[1]).filter(|&wo| is_narrow && resolved(wo, [widest; 2]) == 1.0)
@@ -111,8 +112,8 @@ pub(super) fn integrate(
         return;
     }
     let radial = if rho > 0.0 { centre.map(|c| c / rho) } else { [1.0, 0.0] };
-    // Standard deviation of v, that of u in a row, and the change of u's mean with v. A square with sides across the
-    // radius is replaced by a parallelogram of its covariance.
+    // Standard deviation of v, that of u in a row, and the change of u's mean with v. A square whose sides are oblique
+    // to the radius is replaced by a parallelogram with its covariance.
     let sigma_v = (radial[0] * sigma[1]).hypot(radial[1] * sigma[0]);
     let sigma_u = sigma[0] * sigma[1] / sigma_v;
     let slope = radial[0] * radial[1] * (sigma[1] * sigma[1] - sigma[0] * sigma[0]) / (sigma_v * sigma_v);

@@ -5,9 +5,9 @@
 //!
 //! Wave vectors are in units of the wave number in the medium, whose index is n: they have the length 1 in the medium
 //! and 1/n in air. In these units the relief is magnified n times, and S is the power spectrum of that. Ki and Ko are
-//! the wave vectors of wi and wo, and w is the normal component of Ki + Ko. S is read at the frequency `(Ki +
-//! Ko)_xy/λ'` and the phase rate `κ = 2πw/λ"`. Both wavelengths are λ for one size of the relief
-//! (`scattering/size.rs`).
+//! the wave vectors of wi and wo, and w is the normal component of Ki + Ko. S is read at the frequency
+//! `(Ki + Ko)_xy/λ'` and the phase rate `κ = 2πw/λ"`. λ' is λ over the scale of the relief's pattern, and λ" is λ over
+//! that of its heights (`sizes.rs`).
 //!
 //! The albedo is `a(wi) = Σ_m F(wi, wo_m)·P_m(κ)` over the portions m of the spectral table (`portion.rs`) and over
 //! both sides of wo_m. P_m is a portion's power. The factor F of a body (`scattering/transparent.rs`) vanishes at the
@@ -76,6 +76,7 @@ impl AlbedoTable {
         let phase_max = phase_per_cosine(table, 1e-3 * WAVELENGTH_MIN_NM);
         let (cells, planes) = if integral.portions.len() <= FEW { SIZE_OF_FEW } else { SIZE_OF_MANY };
         let layout = AlbedoLayout::new(cells, planes, sizes, phase_max, SLAB_PHASE);
+        // No mirror symmetry is used, and these albedos have no pole at the horizon.
         let nodes =
             Nodes { grid: Grid { cells: layout.cells }, planes: layout.planes, is_mirrored: false, has_pole: false };
         let steps = progress.of_steps(2 * layout.slabs() as usize * (nodes.len() + CHECKS * nodes.cells()));
@@ -90,6 +91,7 @@ impl AlbedoTable {
                 excess(integral.albedo(&parts, wi, layout.wavelengths_nm(plane, slab)))
             };
             let mut values = nodes.values(&steps, needed);
+            // The last argument, the table's own excess, would allow a coarser integral where that is enough.
             nodes.raise(&mut values, CHECKS, &steps, |wi, plane, _| needed(wi, plane));
             words.extend(nodes.packets(&values));
         }

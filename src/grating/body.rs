@@ -19,8 +19,8 @@ use crate::scattering::SpectralIndex;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub enum GratingBody<'a> {
-    /// A medium of this refractive index by wavelength, or a perfect conductor (`None`). Light that enters it is
-    /// absorbed.
+    /// A medium of this refractive index by wavelength, or a perfect conductor (`None`). Light that enters it, also a
+    /// dielectric, is lost.
     Reflector(Option<&'a SpectralIndex>),
     /// A film of this refractive index, without dispersion or absorption. Its lower side is flat and has air below it.
     Film(f64),

@@ -51,7 +51,7 @@ pub(super) const RANDOM_SEED: u64 = 1;
 pub struct GratingReport {
     /// Bytes of the table.
     pub bytes: usize,
-    /// Number of solved points (t, b), each at all wavelengths of its cell.
+    /// Number of solved points (t, b), each at the solved wavelengths of its cell.
     pub solved: usize,
     /// Root mean square error of an order's unpolarised efficiency, at random incidences and wavelengths.
     pub rms: f64,
@@ -84,6 +84,7 @@ impl EfficiencyTable {
     ) -> Result<Self, GratingError> {
         let sides = solver.sides();
         let (nm, cell_counts) = table_wavelengths(period_um, table_resolution.spacing.map(|spacing| spacing.step_nm));
+        // Steps from one solved wavelength to the next.
         let every = table_resolution.spacing.map_or(1, |spacing| spacing.solved_every);
         let cells = cell_counts[0];
         // Index in NODE_COUNTS at which the next cell begins, and number of points solved so far.
@@ -141,9 +142,10 @@ impl EfficiencyTable {
             .map(|&[nm, x, y]| {
                 let periods = 1e3 * period_um / nm;
                 let (t, a) = (periods * (1.0 - y * y).sqrt(), periods * x);
-                // The Bloch phase is a up to an integer, so a itself will do.
+                // The Bloch phase is any number that differs from a by an integer, such as a itself.
                 let solved = solver.efficiencies(t, a, &[nm])?;
                 let view = EfficiencyView::<Plain<f64>> { layout: self.layout, words: &self.words };
+                // The last argument masks the lanes of a SIMD vector. A plain number has a single lane.
                 let channels = view.channels(&view.bounds(periods, y), a, true);
                 let channel_count = channels.count as usize;
                 let mut errors = Vec::new();
@@ -151,7 +153,8 @@ impl EfficiencyTable {
                     // Incident light is order 0 on its side.
                     let (incident, _) = channels.of_order(0.0, side == 1);
                     let row = view.row(&channels, incident, nm, true);
-                    // The matrix at the only wavelength, and its row of the incident channel.
+                    // The row of the incident channel, in the matrix at the only wavelength. The solver numbers
+                    // channels as the table does.
                     let exact = &solved[0][incident as usize * channel_count..][..channel_count];
                     for (outgoing, exact) in exact.iter().enumerate() {
                         errors.push((view.entry(&row, outgoing as u32, true) - exact).abs());

@@ -42,7 +42,8 @@ impl<N: Numbers> CellPosition<N> {
     }
 }
 
-/// `t = (d/λ)·√(1 − y²)`, from `periods = d/λ` and the direction cosine `y` along the grooves.
+/// `t = (d/λ)·√(1 − y²)`, from `periods = d/λ` and the direction cosine `y` along the grooves; 0 where |y| exceeds 1,
+/// as by rounding.
 #[inline(always)]
 pub(super) fn groove_t<N: Numbers>(periods: N::Double, y: N::Double) -> N::Double {
     let one = N::Double::lit(1.0);

@@ -60,6 +60,7 @@ impl<N: Numbers> Channels<N> {
         first_orders: [N::Double; 2],
         bound_below: Option<BoundBelow<N>>,
     ) -> Self {
+        // Not negative for t ≥ 0; the bound keeps the argument of the conversion in its range in inactive lanes.
         let count = N::index_of_double((side_counts[0] + side_counts[1]).max(N::Double::lit(0.0)));
         Self { cell, coordinates: position.coordinates, count, side_counts, first_orders, bound_below }
     }

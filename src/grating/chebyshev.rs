@@ -41,7 +41,7 @@ pub(super) fn triangle_index(i: usize, k: usize) -> usize {
 /// `[degree][node]`.
 pub(super) fn coefficient_matrix(count: usize) -> Vec<Vec<f64>> {
     matrix_of(count, count, |degree, k| {
-        // c_degree = (2 − δ_0)/count · Σ_k f(x_k)·T_degree(x_k), and T_n(cos α) = cos nα.
+        // c_n = 2/count · Σ_k f(x_k)·T_n(x_k), half of it for n = 0, with T_n(cos α) = cos nα.
         let angle = chebyshev_angle(k, count);
         if degree == 0 { 1.0 / count as f64 } else { 2.0 / count as f64 * (degree as f64 * angle).cos() }
     })

@@ -28,10 +28,10 @@
 //!
 //! A *channel* of a table is an order on one side of the relief. In a medium of index n below the relief, a direction's
 //! components enter q times n, and f_r has the factor n² of the medium of `wo`; `lobe.rs` gives the reason. Each order
-//! has an *order weight*, tabulated over directions, by which `draw` selects it. Other symbols are those of `mod.rs`.
-//! The code is generic over `N: Numbers`: an `N::Real` is one number, a SIMD vector or a traced variable, and an
-//! `N::Double` is the same in double precision. Loops have a label, such as `c"orders"`, which names them in traced
-//! kernels.
+//! has an *order weight*, tabulated over directions, by which `draw` selects it. `draw` takes ν from the `PROPOSED`
+//! Gaussians, one for each component of linear sRGB (`colour_tables.rs`). Other symbols are those of `mod.rs`. The code
+//! is generic over `N: Numbers`: an `N::Real` is one number, a SIMD vector or a traced variable, and an `N::Double` is
+//! the same in double precision. Loops have a label, such as `c"orders"`, which names them in traced kernels.
 //!
 //! The WGSL twin is `src/methods/grating.wgsl`.
 
@@ -92,7 +92,7 @@ struct Line<N: Numbers> {
     spacing_per_um: f64,
     /// Standard deviation σ of an order in cycles/µm.
     sigma_per_um: f64,
-    /// Sign of u, 1 or −1.
+    /// Sign of u, 1 or −1, so that ν_m of the order `sign·n` grows with n.
     sign: N::Real,
     /// First n.
     first: N::Real,

@@ -64,7 +64,8 @@ impl GratingColourSurface {
         4 * self.words().map(<[u32]>::len).iter().sum::<usize>()
     }
 
-    /// The surface with another coherence length in µm, four standard deviations of the window. The tables are kept.
+    /// The surface with another coherence length in µm, four standard deviations of the window. The tables are kept,
+    /// since they do not depend on it.
     #[must_use]
     pub fn with_coherence_length(self, coherence_length_um: f64) -> Self {
         Self { grating: self.grating.with_coherence_length(coherence_length_um), ..self }
@@ -79,7 +80,7 @@ impl GratingColourSurface {
     }
 
     /// The lobe over the numbers `N`: plain numbers, SIMD vectors or traced variables. `words` are
-    /// [`GratingColourSurface::words`] in this form. Negative channels are kept.
+    /// [`GratingColourSurface::words`] in this form. Negative channels are kept ([`Gamut::Keep`]).
     pub fn lobe_over<N: Numbers>(&self, words: [N::Words; 2]) -> GratingColourLobe<N> {
         GratingColourLobe { layout: *self.grating.layout(), tables: self.tables, gamut: Gamut::Keep, words }
     }
@@ -88,6 +89,7 @@ impl GratingColourSurface {
     /// integrated over the visible wavelengths with D65 and the CIE 1931 functions. The material's reflectance is
     /// included, the cosine is not. Colours outside sRGB have negative channels.
     pub fn eval(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
+        // The last argument masks the lanes of a SIMD vector. A plain number has a single lane.
         self.lobe::<f64>().eval(wi, wo, LinearSrgb, true)
     }
 }

@@ -3,9 +3,9 @@
 //!
 //! e_m is the efficiency of order m, the fraction of the unpolarised incident power. K is the order's Gaussian about
 //! the frequency `f_m = (m/d, 0)`, of standard deviation σ in cycles/µm. f is the frequency of the pair of directions.
-//! The incident wave has the wave number `a` along x, in units of 2π over the period d. Order m has `a + m`, and
-//! propagates where the magnitude of this wave number is below t (in a medium: tm). Gaussians are cut off at
-//! `GAUSSIAN_REACH` standard deviations.
+//! The incident wave has the wave number `a` along x, in units of 2π over the period d. Order m has `a + m`. It
+//! propagates in air where `|a + m| < t = (d/λ)·√(1 − ky²/k²)`, and in a medium of index n where
+//! `|a + m| < tm = (d/λ)·√(n² − ky²/k²)`. Gaussians are cut off at `GAUSSIAN_REACH` standard deviations.
 
 use super::GratingError;
 use super::rigorous_solver::{DOUBLINGS, medium_at};
@@ -195,7 +195,7 @@ impl ExactGrating {
             }
             resolution.nodes *= 2;
         }
-        // b is `a` up to an integer.
+        // The message's b is the wave number of any order, such as that of the incident wave, order 0.
         Err(GratingError::Unbalanced { t, b: a, wavelength_nm: nm, nodes, balance })
     }
 }

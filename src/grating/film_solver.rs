@@ -1,6 +1,6 @@
 //! The solver behind the tables of films (symbols: `mod.rs`). It solves at points (t, b). The wave numbers of all
 //! orders along x differ by whole numbers in units of 2π over the period. b, the *Bloch phase*, is one of them, and t
-//! bounds the magnitude of those that propagate.
+//! bounds the magnitude of those that propagate in air.
 //!
 //! A film is a relief on a dielectric whose lower side is flat and has air below it. Light passes the flat side once;
 //! reflections between both sides are left out, so the film's thickness does not matter. With air on either side, both

@@ -25,6 +25,7 @@ const BELOW_CRITICAL: f64 = 0.99;
 
 /// The solver of a profile on an interface.
 pub(super) struct InterfaceSolver<'a> {
+    /// Sets of nodes on the profile; finer sets serve where a solution violates the power balance.
     pub(super) meshes: &'a Meshes,
     /// Refractive index n of the medium.
     pub(super) eta: f64,

@@ -262,9 +262,10 @@ fn cubics() -> Vec<(usize, [f64; 4])> {
 /// 16-bit entries of a cell at wavelength j, `[node of p][node of q][entry]`.
 fn packed_cell(solved: &SolvedCell<f64>, j: usize) -> Vec<u16> {
     let (channels, cubics) = (solved.channels(), cubics());
-    // At an order's cut-off its efficiencies vanish as a root, and its mirror reflection becomes total. The cut-off
-    // may lie anywhere between both nodes, so half of the neighbour's value is taken. With the whole value, the RMS
-    // error on the reference grating (`STORED`) is 0.005 instead of 0.003.
+    // Values of pairs at a node where one of their channels does not propagate. At the channel's cut-off efficiencies
+    // vanish as a root, and its mirror reflection becomes total. The cut-off may lie anywhere between the node and its
+    // neighbour, so half of the neighbour's value is taken. With the whole value, the RMS error on the reference
+    // grating (`STORED`) is 0.005 instead of 0.003.
     let beyond = |efficiency: f64, is_mirror: bool| if is_mirror { 1.0 } else { 0.5 * efficiency };
     let values: Vec<Vec<f64>> = solved.at_wavelength(j, beyond).collect();
     let nodes = cubics.iter().flat_map(|along_p| cubics.iter().map(move |along_q| (along_p, along_q)));
@@ -321,7 +322,7 @@ pub(super) fn efficiency_error(
         })
         .collect();
     let view = EfficiencyView::<Plain<f64>> { layout: table.layout, words: &table.words };
-    // The mask of lanes, of which plain numbers have one.
+    // Evaluators read a table only in the lanes of a SIMD vector where this mask is true. A plain number has one.
     let active = true;
     let errors = incidences
         .par_iter()

@@ -32,8 +32,8 @@ use sunbeam_rigorous::{Profile, Scattering};
 /// Number of Chebyshev nodes along either side of a cell at which matrices are solved, and most nodes of the table.
 /// More nodes take longer to solve; with 12 instead of 18, the error in the tests of this file doubles.
 const NODES_MAX: usize = 18;
-/// Size in bytes up to which a table has more than [`INTERFACE_NODES`] nodes along a side. Larger values allow more
-/// accurate tables of gratings with long periods; smaller ones save memory.
+/// Size in bytes up to which a table has more than [`INTERFACE_NODES`], 12, nodes along a side. Larger values allow
+/// more accurate tables of gratings with long periods; smaller ones save memory.
 const BYTES_MAX: f64 = 24e6;
 /// Bytes of a packet, the shape of one matrix.
 const PACKET_BYTES: usize = 16;
@@ -173,7 +173,8 @@ impl JonesTable {
     }
 }
 
-/// Quantities of the table of a grating with this period on a body. Large tables have [`INTERFACE_NODES`] nodes.
+/// Quantities by which `plan.rs` estimates the table of a grating with this period on a body. Large tables have
+/// [`INTERFACE_NODES`] nodes.
 fn cost_basis(period_um: f64, body: GratingBody<'_>) -> CostBasis {
     let points_per_cell = triangle_count(NODES_MAX) as f64;
     let pair_bytes = (PACKET_BYTES * INTERFACE_NODES * INTERFACE_NODES) as f64;
@@ -326,7 +327,7 @@ mod tests {
     }
 
     /// Accepted root mean square interpolation error of matrix elements, for a grating with an anomaly in every cell.
-    /// Two thirds of [`NODES_MAX`] double the error.
+    /// With two thirds of [`NODES_MAX`] the error is twice as large.
     const RMS_MAX: f64 = 0.015;
     /// Accepted interpolation error of an element, for the same grating.
     const ERROR_MAX: f64 = 0.15;

@@ -11,10 +11,10 @@
 //! ```
 //!
 //! The code has frequencies in units of 1/d, in which order m has the frequency m. `periods` is d/λ. `inverse_sigma` is
-//! 1/(dσ), the reciprocal of the Gaussian's standard deviation in this unit. Efficiencies depend on the incident wave:
-//! on its wave number `a` along x, and on `t`, the largest wave number along x that propagates, in units of 2π/d
-//! (symbols: `mod.rs`). A *channel* is an order on one side of the relief, and a *row* of the table has the
-//! efficiencies from one incident channel to every channel.
+//! 1/(dσ), the reciprocal of the Gaussian's standard deviation in this unit. Gaussians are cut off at `GAUSSIAN_REACH`
+//! standard deviations. Efficiencies depend on the incident wave: on its wave number `a` along x, and on `t`, the
+//! largest wave number along x that propagates, in units of 2π/d (symbols: `mod.rs`). A *channel* is an order on one
+//! side of the relief, and a *row* of the table has the efficiencies from one incident channel to every channel.
 //!
 //! At a body that transmits, both directions may lie on either side, and `f_r` is the power per solid angle and
 //! `|cosθo|` of light from `wi` to `wo`. Efficiencies then depend on the sides of both, too. At a film all directions

@@ -91,6 +91,7 @@ mod rigorous_solver;
 mod surface;
 mod wavelengths;
 
+// Constants for a test that compares them with their WGSL twins, here and below.
 #[cfg(test)]
 pub(crate) use crate::numeric::math::GAUSSIAN_REACH;
 pub use body::GratingBody;

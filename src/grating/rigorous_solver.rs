@@ -139,7 +139,7 @@ impl<'a> RigorousSolver<'a> {
     /// # Errors
     /// An index that the solver refuses, and solutions that are not finite.
     fn solve(&self, air: &Air, nm: f64) -> Result<Amplitudes, GratingError> {
-        // Tables of metals extend to a limited imaginary ky.
+        // Tables of metals reach down to this negative ky²/k². Waves of a larger imaginary ky are solved without.
         let is_covered = self.ky_squared_ratio(air.t(), nm) > KY_SQUARED_RANGE[0];
         let table = self.tables.iter().find(|(table_nm, _)| *table_nm == nm && is_covered);
         Ok(match table {

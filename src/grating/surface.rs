@@ -83,6 +83,7 @@ impl GratingSurface {
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
         let basis = CostBasis::of_efficiencies(period_um, body);
+        // Sets of nodes on the profile at which fields are solved.
         let meshes = create_meshes(profile, body, basis, build_limit)?;
         match body {
             GratingBody::Reflector(index) => {
@@ -158,7 +159,8 @@ impl GratingSurface {
         &self.words
     }
 
-    /// The grating with another coherence length in µm, four standard deviations of the window. The table is kept.
+    /// The grating with another coherence length in µm, four standard deviations of the window. The table is kept,
+    /// since efficiencies do not depend on it.
     #[must_use]
     pub fn with_coherence_length(self, coherence_length_um: f64) -> Self {
         let sigma_per_um = CoherenceWindow::new(coherence_length_um).order_sigma_per_um();
@@ -191,7 +193,7 @@ impl GratingSurface {
         let [x, y] = wi.map(|cosine| if arrives_below { cosine * layout.eta_below() } else { cosine });
         let periods = 1e3 * self.layout.period_um / wavelength_nm;
         let view = EfficiencyView::<Plain<f64>> { layout, words: &self.words };
-        // The mask of lanes, of which plain numbers have one.
+        // Evaluators read a table only in the lanes of a SIMD vector where this mask is true. A plain number has one.
         let active = true;
         let channels = view.channels(&view.bounds(periods, -y), -x * periods, active);
         let (incident, incident_propagates) = channels.of_order(0.0, arrives_below);

@@ -71,9 +71,10 @@ impl<N: Numbers> InColour<N> for ColourLobe<N> {
         let lit = N::Real::lit;
         let ColourFactors { reference, obliquity, shadowing, ratio, .. } = self.factors;
         let scattering = Scattering::<N>::reflection(wi, wo, obliquity, shadowing);
-        // Two unit vectors have no longer sum. The comparison excludes NaN, for which it is false.
+        // `SUM_SQUARED_MAX` is 4, the largest |q|² of unit vectors, with room for rounding. The comparison also
+        // excludes NaN.
         let active = active & are_above::<N>(wi, wo) & scattering.length_squared().le(lit(SUM_SQUARED_MAX.into()));
-        let [u, v, w] = scattering.q;
+        let [u, v, w] = scattering.bounded_q;
         // Factor on all channels, and factors on each.
         let mut factor = scattering.factor;
         let mut channels = match &self.albedo {
@@ -83,7 +84,7 @@ impl<N: Numbers> InColour<N> for ColourLobe<N> {
         let colour = match self.size {
             None => self.table.relief_rgb(u, v, w, active),
             Some(RelativeSize { scale, depth }) => {
-                // Scattering vector at which the table, made for the relief's full size, is read.
+                // Scattering vector at which the table, made for a scale and depth of 1, is read.
                 let [x, y, z] = [u * scale, v * scale, w * depth];
                 factor = factor * scale * scale;
                 if let Some(ratio) = &ratio {

@@ -52,7 +52,7 @@ pub struct ColourSurface {
     reference: Option<ComplexIndex>,
     table: ColourTable,
     sampler: ColourSampler,
-    /// [`ColourSurface::albedo_table`].
+    /// Divisors of the reflectance; `None` where nothing is divided.
     albedo_table: Option<AlbedoTable>,
     /// Means of R/R0 over the bands of red, green and blue. They correct colours where the relief is resized
     /// ([`Options::sizes`]). `None` for one size, and if the ratio is 1.
@@ -110,6 +110,7 @@ impl ColourSurface {
             model: options.model,
             tiling: options.tiling,
             tolerance: options.tolerance,
+            // The default number of samples over the scattering vector.
             resolution: 1.0,
             build_limit: options.build_limit,
         };

@@ -78,7 +78,8 @@ fn desaturated<R: Real>(colour: [R; 3]) -> [R; 3] {
     let grey = luminance(colour).max(zero);
     let least = colour[0].min(colour[1]).min(colour[2]);
     let is_outside = least.lt(zero);
-    // The saturation that takes the least channel to zero: grey + saturation·(least − grey) = 0.
+    // The saturation that takes the least channel to zero: grey + saturation·(least − grey) = 0. It may not be finite
+    // for a grey colour, which lies inside sRGB.
     let saturation = grey / (grey - least);
     // Rounding may leave a channel just below zero.
     colour.map(|channel| R::select(is_outside, (channel - grey).fma(saturation, grey).max(zero), channel))

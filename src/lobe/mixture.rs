@@ -31,8 +31,8 @@ pub(crate) fn mixture_density<N: Numbers, const L: usize>(own: [N::Real; L], act
 }
 
 /// A direction from the mixture, for `L` wavelengths and three random numbers `u` in [0, 1). The zero vector where the
-/// mask is false, and where a draw falls below the horizon or outside the disc of [`square_to_hemisphere`]. Uniform
-/// directions lie above the relief; callers mirror them for samples that leave below.
+/// mask is false, and where a draw falls below the horizon, or outside the disc that [`square_to_hemisphere`] maps.
+/// Uniform directions lie above the relief; callers mirror them for samples that leave below.
 ///
 /// `draw(choice, u, active)` is the lobe's own sampler. The whole part of `choice` is the index of the chosen
 /// wavelength. The argument `u` is three random numbers in [0, 1), independent of the choice. By rounding `choice` may

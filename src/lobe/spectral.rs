@@ -88,7 +88,7 @@ impl<N: Numbers> SpectralLobe<'_, N> {
     }
 }
 
-/// The lobe reflects from above, as the provided methods assume.
+/// The provided methods are those of a lobe that reflects light from above and never transmits.
 impl<N: Numbers> Sides<N> for SpectralLobe<'_, N> {}
 
 impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
@@ -109,6 +109,7 @@ impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
         let reading = self.reading(nm);
         let (frequency, kappa) = pair.scattering.at(&reading);
         let power_um2 = self.table().density_of(frequency, kappa, reading.order_width_factor, active);
+        // O·M·S/λ²; the divisor also accounts for the size of a resized relief.
         let undivided = pair.scattering.factor * power_um2 / reading.divisor_um2();
         let value = match &pair.albedo {
             None => undivided,
@@ -131,7 +132,8 @@ impl<N: Numbers> PerWavelength<N> for SpectralLobe<'_, N> {
         u: [N::Real; 3],
         active: N::Mask,
     ) -> [N::Real; 3] {
-        // The lobe only reflects, so `_to_below` is false. The sampler needs two of the three random numbers.
+        // `_to_below` is false, since the provided `Sides::choose` never takes the side below. The sampler needs two
+        // random numbers; u[0] is left over from the choice of the wavelength (mixture.rs).
         self.sampler().sample(wi, &self.reading(nm), [u[1], u[2]], active)
     }
 }

@@ -256,18 +256,18 @@ pub(super) fn albedos(
     if !options.conserve_energy {
         return Ok((None, None));
     }
-    let of_ensemble = |table: &SpectralTable, progress: &Progress| match options.body {
+    let build_albedos = |table: &SpectralTable, progress: &Progress| match options.body {
         Some(body) => (AlbedoTable::build_of_body(table, body, options.sizes.as_ref(), progress), None),
         None => AlbedoTable::build(table, options, progress).unzip(),
     };
     let (albedos, report) = match options.model {
-        Model::Ensemble => of_ensemble(table, progress),
+        Model::Ensemble => build_albedos(table, progress),
         // A patch is divided by the albedo of its ensemble, the mean over all patches.
         Model::Patch => {
             let ensemble = Options { model: Model::Ensemble, ..options.clone() };
             let (table_progress, albedo_progress) = progress.halves();
-            let mean = build_table(field, &ensemble, &table_progress)?.table;
-            of_ensemble(&mean, &albedo_progress)
+            let ensemble_table = build_table(field, &ensemble, &table_progress)?.table;
+            build_albedos(&ensemble_table, &albedo_progress)
         }
     };
     // Lobes without an albedo table skip the division.

@@ -262,6 +262,7 @@ impl<N: Numbers> PerWavelength<N> for TransmissiveLobe<'_, N> {
     #[inline(always)]
     fn draw(&self, wi: [N::Real; 3], to_below: N::Mask, nm: N::Real, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let reading = self.relief.reading(nm);
+        // Samplers need two random numbers; u[0] is left over from the choices of side and wavelength (mixture.rs).
         draw(self.body, wi, to_below, |passage| self.relief.sampler().draw(passage, &reading, [u[1], u[2]], active))
     }
 }

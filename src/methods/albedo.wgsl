@@ -8,11 +8,12 @@
 // (A - 1)·cos²θ is tabulated on a square grid, uniform over the stretched direction
 //     (x, y) = w.xy/√((1 + √cosθ)(1 + cosθ)), each in [-1, 1].
 // This maps the hemisphere to the unit disc with dense nodes near the horizon, since x² + y² = 1 - √cosθ. A cell is the
-// square between four nodes. Each of several wavelengths has such a grid, a plane. A gap is the interval of wavelengths
-// between two neighbouring planes.
+// square between four nodes. The grid of one wavelength is a *plane*. A *gap* is the interval of wavelengths between
+// two neighbouring planes.
 
-// Four words for each [side of a film][gap][cell]. A word has two corners of the cell. The words are: lower y and upper
-// y on the lower plane, lower y and upper y on the upper plane (`in_cell`).
+// Four words for each [side][gap][cell]. A film has two sides (film.wgsl), any other surface one. A word has the values
+// at two corners of the cell, that of the lower x in its lower half. The words are: lower y and upper y on the lower
+// plane, lower y and upper y on the upper plane.
 @group(1) @binding(2) var<storage, read> albedos: array<u32>;
 
 // Place of a direction in the grid.

@@ -20,15 +20,16 @@ pub const TERMS_MAX: usize = 256;
 /// proportional to 1/λ at visible wavelengths λ, which differ by a factor of at most 2.1. Lanes are computed side by
 /// side, because the recurrence of a single argument is one chain of dependent steps.
 ///
-/// Arguments below [`DIVISOR_MIN`] are raised to it. The recurrence starts at about `x + 6·∛x + 2`, with the cube root
-/// of the largest argument. At this order J is below 2e-8 for every x up to [`TERMS_MAX`], and above 1e-31 at the
-/// accepted ratios, so nothing overflows. Orders above the start are written as zero.
+/// Arguments below [`DIVISOR_MIN`] are raised to it. The recurrence starts with 1 at the order of about
+/// `x + 6·∛x + 2`, with the cube root of the largest argument. There J is below 2e-8 for every x up to [`TERMS_MAX`],
+/// so higher orders are written as zero. At the accepted ratios J is above 1e-31 there, so the recurrence grows to
+/// about 1e31 at most and does not overflow.
 pub(super) fn bessel_j<const LANES: usize>(x: [f32; LANES], values: &mut [[f32; LANES]]) {
     let x = x.map(|x| x.max(DIVISOR_MIN));
     let above_argument = 6.0 * x.into_iter().fold(0.0f32, f32::max).cbrt() + 2.0;
     // Even k at which the recurrence of each lane starts.
     let start = x.map(|x| 2 * (0.5 * (x + above_argument)) as i32 + 2);
-    let first = start.into_iter().fold(0, i32::max);
+    let largest_start = start.into_iter().fold(0, i32::max);
     let mut write = |k: i32, row: &[f32; LANES]| {
         if let Some(value) = values.get_mut(k as usize) {
             *value = *row;
@@ -37,11 +38,11 @@ pub(super) fn bessel_j<const LANES: usize>(x: [f32; LANES], values: &mut [[f32; 
     let two_over_x = x.map(|x| 2.0 / x);
     // J_{k+1} and J_k without the scale, and the sum of J_k over even k without J_0.
     let (mut above, mut here, mut evens) = ([0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
-    for k in (2..=first).rev().step_by(2) {
+    for k in (2..=largest_start).rev().step_by(2) {
         // J_{k−1}.
         let mut odd = [0.0; LANES];
         for lane in 0..LANES {
-            // The arbitrary number is 1. A lane is zero until its own start.
+            // A lane is zero until its own start.
             here[lane] = if start[lane] == k { 1.0 } else { here[lane] };
             evens[lane] += here[lane];
             odd[lane] = k as f32 * two_over_x[lane] * here[lane] - above[lane];
@@ -55,7 +56,7 @@ pub(super) fn bessel_j<const LANES: usize>(x: [f32; LANES], values: &mut [[f32; 
     }
     write(0, &here);
     let scale: [f32; LANES] = std::array::from_fn(|lane| 1.0 / (here[lane] + 2.0 * evens[lane]));
-    let computed = values.len().min(first as usize + 1);
+    let computed = values.len().min(largest_start as usize + 1);
     for row in &mut values[..computed] {
         for lane in 0..LANES {
             row[lane] *= scale[lane];

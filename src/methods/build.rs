@@ -22,7 +22,8 @@ use crate::table::{Model, Progress, Tiling};
 /// Where the method evaluates only the relief's factor of the reflectance ([`super::AnswerKind::Relief`]), the caller
 /// multiplies it by the Fresnel factor, and by the obliquity and shadowing factors of `surface`. With energy
 /// conservation the albedo table is built with these two, so it is valid for them only. A method of a film
-/// ([`Options::body`]) evaluates the whole scattering function; only [`MethodKind::Table`] supports films. Numbers of
+/// ([`Options::body`]) evaluates the whole scattering function; only [`MethodKind::Table`] supports films. Callers
+/// magnify `field` and the coherence length by the index of a film (docs/model.md#bodies-that-transmit). Numbers of
 /// terms and orders that `options` do not give follow from the surface's `tolerance`, a relative error.
 ///
 /// ```
@@ -98,15 +99,16 @@ fn build_table(
 ) -> Result<Box<dyn Method>, MethodError> {
     let &Options { coherence_length_um, model, tiling, tolerance, build_limit, conserve_energy, .. } = surface;
     let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
+    // Without albedos the colour table takes the whole progress.
     let (table_progress, albedo_progress) =
         if conserve_energy { progress.halves() } else { (progress.part(0.0, 1.0), Progress::none()) };
     // Reflectance 1 at every wavelength and cosine: the interface's factor is applied outside the table. Albedos are
     // integrated from `spectral`, the spectral table behind the colours.
     let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &table_progress)?;
     if let Some(body) = surface.body {
-        // The range of sizes is `None`, since methods show the relief's own size only. The table of a film is `None`
-        // where no albedo exceeds 1.
-        let albedo = conserve_energy.then(|| AlbedoTable::build_of_body(&spectral, body, None, &albedo_progress));
+        // Methods show the relief's own size only. The inner `None` of the result: no albedo exceeds 1.
+        let sizes = None;
+        let albedo = conserve_energy.then(|| AlbedoTable::build_of_body(&spectral, body, sizes, &albedo_progress));
         return Ok(Box::new(FilmTable { body, table, albedo: albedo.flatten() }));
     }
     let surface = Options { sizes: None, ..surface.clone() };

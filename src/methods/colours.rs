@@ -39,8 +39,8 @@ pub(super) fn density() -> Result<Colours, ColourError> {
 
 /// [`density`] divided by λ². Each channel is scaled again to an integral of 1.
 ///
-/// NMM's lists of wavelengths have densities proportional to `1/λ²` over λ. Averaged over such a list with these
-/// weights, a power spectrum S proportional to λ² is white: its reflectance `S/λ²` is the same at all wavelengths.
+/// NMM sums a power spectrum S, times these weights, over wavelengths whose density over λ is proportional to `1/λ²`.
+/// An S proportional to λ² then gives white, as it should: its reflectance `S/λ²` is the same at all wavelengths.
 ///
 /// # Errors
 /// Never in practice: [`SpectralToRgb::visible`] accepts the step of 1 nm.

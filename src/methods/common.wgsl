@@ -20,7 +20,7 @@ const SUM_SQUARED_MAX: f32 = 4.001;
 var<private> answer_part: u32 = 0u;
 var<private> answer_parts: u32 = 1u;
 
-// Whether q can be the sum of a query's two directions, unit vectors above the surface.
+// Whether q can be the sum of two unit vectors above the surface. Methods that call this are zero elsewhere.
 fn is_query(q: vec3<f32>) -> bool {
     return q.z > 0.0 && dot(q, q) <= SUM_SQUARED_MAX;
 }

@@ -1,21 +1,22 @@
-// Scattering function of a film of the refractive index n. It is the colour table of the relief magnified n times,
-// multiplied by the factor of transparent.wgsl. Where energy is conserved, it is divided by max(A(wi), A(wo)). Compiled
-// after transparent.wgsl and albedo.wgsl. Counterpart of `TransmissiveColourLobe` in src/lobe/transmissive.rs, with the
-// same arithmetic.
+// Scattering function of a film of the refractive index n. It is the colour table (`relief_rgb` in table.wgsl) times
+// the factor of transparent.wgsl. The table is that of the relief magnified n times, since wavelengths in the film are
+// 1/n of those in air. Where energy is conserved, the product is divided by max(A(wi), A(wo)). Compiled after
+// table.wgsl, transparent.wgsl and albedo.wgsl. Counterpart of `TransmissiveColourLobe` in src/lobe/transmissive.rs,
+// with the same arithmetic.
 //
 // A of a direction is about its albedo, but at least 1 (albedo.wgsl). The albedo of a film is the fraction of the light
-// that it reflects or transmits. The table of albedos has a second side, for directions below the film: those of the
-// wave in the film's medium. table.wgsl declares the uniform struct `table`.
+// that it reflects or transmits. The table of albedos has two sides: first directions above the relief, then directions
+// below the film. The latter are looked up by the direction that the wave has within the film.
 
-// Place of a direction in the table, in the lowest gap of its side (albedo.wgsl). The first side is that of directions
-// above the relief, the second that of directions below.
+// Place of a direction in the table of albedos, in the lowest gap of its side (albedo.wgsl).
 fn place_at_body(w: vec3<f32>) -> GridPlace {
     let n = table.body_eta;
     let cells = table.albedo_cells;
     let is_below = w.z < 0.0;
-    // The direction within the medium on its side, pointing upwards: air above, the film below (Snell's law).
+    // The direction within the film by Snell's law, pointing upwards; used for directions below only.
     let below = vec3<f32>(w.xy / n, sqrt(w.z * w.z + (n - 1.0) * (n + 1.0)) / n);
     var at = place(select(w, below, is_below));
+    // A side has one grid of cells for each gap between neighbouring planes.
     at.cell += select(0u, (table.albedo_planes - 1u) * cells * cells, is_below);
     return at;
 }

@@ -26,7 +26,8 @@ pub(super) struct GratingUniform {
     pub cells: u32,
     /// Nodes along each side of a cell.
     pub nodes: u32,
-    /// Highest order that propagates at any incidence and wavelength.
+    /// Highest order that propagates at any incidence and wavelength; a float, since the shader compares it with
+    /// floats.
     pub order_max: f32,
     /// Index of the first packet of order 0's colours. A packet is four words: red, green, blue, and zero.
     pub order_zero_start: u32,
@@ -43,7 +44,7 @@ pub(super) struct GratingUniform {
 
 impl Method for GratingColourSurface {
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
-        // A plain number is a single lane, which is active.
+        // A mask, for SIMD vectors, some of whose lanes may be idle.
         let is_active = true;
         self.lobe::<f32>().eval(wi, wo, LinearSrgb, is_active)
     }

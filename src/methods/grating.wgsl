@@ -15,6 +15,7 @@
 //     W(ν_m, τ) ∫ weight(1/ν)·exp(-(ν - ν_m)²/2τ²) dν with the weights of linear sRGB, from a table
 // The reflectance is
 //     f_r = Σ_m e_m·exp(-b_m²/2)·W(ν_m, τ)/(2πσ²).
+// The factor 1/λ² of f_r at a wavelength cancels against dλ = dν/ν².
 // Order 0 has ν_m = 0 and no wavelength of its own; the colour of its efficiency is a table over directions.
 //
 // The visible range is that of the library's tables, 360 to 830 nm, wider than that of the published methods

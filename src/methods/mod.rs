@@ -61,7 +61,7 @@ pub use wgsl::{code, code_length, utf8};
 
 use crate::colour::OBSERVER_RANGE_NM;
 use crate::colour_table::SUM_SQUARED_MAX;
-// The macro that embeds a source; the module `wgsl` above shortens it.
+// The macro of the module `wgsl`, which embeds a source without its comments.
 use crate::wgsl;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -90,8 +90,8 @@ pub trait Method: Send + Sync {
     /// channels.
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
 
-    /// The answer at one wavelength in nm, in 1/sr; 0 outside 380 to 780 nm. `None` for a method without values by
-    /// wavelength.
+    /// The answer at one wavelength in nm, in 1/sr; 0 outside 380 to 780 nm. `None` for a method that has colours only,
+    /// such as a table of them.
     fn answer_spectral(&self, wi: [f32; 3], wo: [f32; 3], wavelength_nm: f32) -> Option<f32>;
 
     /// The meaning of the answers.
@@ -110,7 +110,7 @@ pub trait Relief: Send + Sync {
     fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3];
 
     /// The relief's factor at one wavelength in nm, `S/λ²` in 1/sr; 0 outside 380 to 780 nm, and for every `q` at which
-    /// [`Relief::relief_rgb`] must be 0. `None` for a method without values by wavelength.
+    /// [`Relief::relief_rgb`] must be 0. `None` for a method that has colours only.
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32>;
 
     /// The method in WGSL, with its data. It defines `fn relief_rgb(q: vec3<f32>) -> vec3<f32>` in place of

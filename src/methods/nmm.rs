@@ -18,9 +18,9 @@
 //! order than to any other. Both forms therefore multiply S by the ratio of its mean over the cell to its peak
 //! ([`mean_over_peak`]).
 //!
-//! A list without orders other than 0 is left out, and its span left out of N: along an axis of one pixel, and for a
-//! span below λmin. Both lists are left out around (u, v) = (0, 0). There the answer is white with the value at 550 nm,
-//! as in Single 2014.
+//! A list is left out, and its span left out of N, along an axis of one pixel, which has order 0 alone. So is a list
+//! whose span, the wavelength of order 1, is below λmin. Both lists are left out around (u, v) = (0, 0). There the
+//! answer is white with the value at 550 nm, as in Single 2014.
 
 use super::colours::{self, Colours, colour_density};
 use super::order_grid::OrderGrid;
@@ -115,7 +115,8 @@ impl Relief for Nmm {
         if total_um == 0.0 {
             return [self.colour_orders.density_at(q, WHITE_UM) / (WHITE_UM * WHITE_UM); 3];
         }
-        // Wavelengths in µm of the list along an axis, each with the ratio of mean to peak.
+        // Wavelengths in µm of the list along an axis, each with the ratio of mean to peak. There is at least one,
+        // since λmax is more than twice λmin.
         let list = |axis: usize| {
             let first = (span_um[axis] / WAVELENGTH_MAX_UM).ceil() as u32;
             let last = (span_um[axis] / WAVELENGTH_MIN_UM).floor() as u32;

@@ -45,7 +45,7 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     var rgb = vec3<f32>();
     for (var axis = 0; axis < 2; axis++) {
         if listed[axis] {
-            // A listed span is positive, so n is at least 1.
+            // The span is at least WAVELENGTH_MIN_UM, so n is at least 1.
             let first = u32(ceil(span_um[axis] / WAVELENGTH_MAX_UM));
             let last = u32(floor(span_um[axis] / WAVELENGTH_MIN_UM));
             for (var n = first + answer_part; n <= last; n += answer_parts) {

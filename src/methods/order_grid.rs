@@ -23,7 +23,7 @@ pub(super) struct OrderGrid {
     pub series: u32,
     /// Half the range of heights, H, in µm.
     pub half_range_um: f32,
-    /// Power spectrum S at the centre of an order with `|c_j|² = 1`, in µm²: `4πs²`, or `Lx·Ly·P·Q` for P by Q tiles.
+    /// Power spectrum S at the centre of an order with `|c_j|² = 1`, in µm²: `4πs²`, or `Lx·Ly·P·Q` in PQ (pq.rs).
     pub peak_um2: f32,
     /// Orders summed along each axis.
     pub neighbourhood: u32,

@@ -48,7 +48,8 @@ pub const ORDERS_BYTES_MAX: usize = 512 << 20;
 const W_MAX: f64 = 2.0;
 
 /// 1.5·2²³. Adding this to a number of magnitude below 2²² and subtracting it again rounds the number to a whole one,
-/// halves to even. This takes two instructions on any processor, unlike `f32::round`.
+/// halves to even. This takes two instructions on any processor, unlike `f32::round`. Positions are far smaller: `2L/λ`
+/// is below 6000 for a tile of a millimetre.
 const ROUNDING_BIAS: f32 = 1.5 / f32::EPSILON;
 
 /// The Fourier coefficients term_{j,n} of every order that light from 380 to 780 nm can reach. The tile repeats.
@@ -58,7 +59,7 @@ const ROUNDING_BIAS: f32 = 1.5 / f32::EPSILON;
 /// real.
 ///
 /// With an even number of pixels, the Fourier coefficient at half the sampling rate represents the orders of both
-/// signs. Each has `√½` of its amplitude, as in [`crate::lobe::Exact`].
+/// signs. Each gets half of its power, `√½` of its amplitude, as in [`crate::lobe::Exact`].
 #[derive(Clone)]
 pub(super) struct Orders {
     /// Lattice of the orders, and the numbers of terms and orders that an evaluation sums.

@@ -27,7 +27,7 @@ struct Pq {
 // Interference kernel D_P(d) of P `repeats` at the `distance` d from the nearest order, in orders, |d| ≤ 1/2. It is 1
 // at d = 0.
 fn repeat_kernel(repeats: f32, distance: f32) -> f32 {
-    // πd.
+    // πd, since TAU is 2π (common.wgsl).
     let x = 0.5 * TAU * distance;
     if repeats * abs(x) < SERIES_ARGUMENT_MAX {
         return 1.0 - (repeats * repeats - 1.0) * x * x / 6.0;
@@ -42,7 +42,7 @@ fn pq_density(q: vec3<f32>, wavelength_um: f32) -> f32 {
     if any(abs(nearest) > vec2<f32>(pq.grid.reach)) {
         return 0.0;
     }
-    // Sets the weights of the series' terms, which order_amplitude reads.
+    // Sets the weights of the terms of the phase screen's series, which order_amplitude reads.
     set_term_weights(pq.grid, q.z, wavelength_um);
     let c = order_amplitude(pq.grid, vec2<i32>(nearest));
     let distance = position - nearest;

@@ -12,7 +12,7 @@
 //! The factor 1/16 is the fraction of an order, and 1/2 the density over v. `∫ δ(u/λ − n/d) dλ` is `λ_n²/|u|`, with the
 //! wavelength `λ_n = d|u|/|n|` of order n at u. Only the eight orders with the sign of u contribute. The integral of
 //! `S/λ²` over the wavelength is therefore `relief_rgb = Σ_n weight(λ_n)·d/(32n)`, n = 1 to 8, with the colour weights
-//! per µm. It is used for every v, also beyond ±1, which oblique light can reach.
+//! per µm. The same value is used at every v, also beyond ±1, which oblique light can reach.
 //!
 //! A value at a single wavelength has the Gaussian of the coherence window, of standard deviation s, in place of δ:
 //! `2√π·s·exp(−(2πs·x)²)` for δ(x).

@@ -90,6 +90,7 @@ impl Method for StamGems {
                 *value += (1.0 - x * x).max(0.0);
             }
         }
+        // wi[2] is cosθi; its lower bound keeps the answer finite for light along the surface.
         rgb.map(|value| value / (PI * wi[2].max(DIVISOR_MIN)))
     }
 

@@ -51,6 +51,6 @@ fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
         let x = (vec3<f32>(wavelength_um) - vec3<f32>(RED_UM, GREEN_UM, BLUE_UM)) / HALF_WIDTH_UM;
         rgb += max(1.0 - x * x, vec3<f32>(0.0));
     }
-    // 2/TAU is 1/π.
+    // 1/(π·cosθi), with TAU = 2π and a lower bound on the cosine (common.wgsl).
     return rgb * (2.0 / TAU) / max(wi.z, DIVISOR_MIN);
 }

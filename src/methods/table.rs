@@ -79,11 +79,12 @@ impl From<Ring> for TableRing {
 
 impl Relief for ColourTable {
     fn relief_rgb(&self, [u, v, w]: [f32; 3]) -> [f32; 3] {
-        // `true`: the only lane is active.
+        // `true` is the mask `active`, for SIMD vectors, some of whose lanes may be idle.
         self.view::<f32>().relief_rgb(u, v, w, true)
     }
 
     fn relief_spectral(&self, _q: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
+        // The table has colours, which are integrals over the wavelength.
         None
     }
 
@@ -103,12 +104,15 @@ pub(super) struct ConservingTable {
 impl Method for ConservingTable {
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
         let relief = self.table.relief_rgb(sum(wi, wo));
-        // `None`: no texture resizes the relief. `true`: a plain number is a single lane, which is active.
-        let factor = self.albedo.view::<f32>().band_factor(wi, wo, None, true);
+        // The relief has the table's own size, since only textures of the path tracer resize it. The mask `active` is
+        // for SIMD vectors, some of whose lanes may be idle.
+        let (size, active) = (None, true);
+        let factor = self.albedo.view::<f32>().band_factor(wi, wo, size, active);
         array::from_fn(|c| relief[c] * factor[c])
     }
 
     fn answer_spectral(&self, _wi: [f32; 3], _wo: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
+        // The table has colours, which are integrals over the wavelength.
         None
     }
 

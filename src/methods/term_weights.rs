@@ -3,8 +3,8 @@
 //!
 //! The phase rate is `κ = 2πw/λ` in rad/µm, with w = cosθi + cosθo and the wavelength λ; h is the height. `x = κH` is
 //! the phase rate times half the range H of heights, in radians. The weight of term n is `(2 − δ_n0)·iⁿ·J_n(x)`
-//! (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored without the factor i of odd terms. They are then real, with
-//! the signs + + − − and so on.
+//! (Chebyshev) or `iⁿ·xⁿ/n!` (Taylor). Weights are stored without the factor i of odd terms, which
+//! [`super::orders::Orders::amplitude`] restores. They are then real, with the signs + + − − and so on.
 
 use super::bessel::{TERMS_MAX, bessel_j};
 use super::order_grid::OrderGrid;
@@ -45,7 +45,7 @@ impl OrderGrid {
         loop {
             batch.extend(wavelengths_um.by_ref().take(LANES));
             let Some(&(last_um, _)) = batch.last() else { return };
-            // Idle lanes repeat the last wavelength.
+            // Lanes beyond the end of the batch repeat its last wavelength.
             let lane_um = |lane: usize| batch.get(lane).map_or(last_um, |&(um, _)| um);
             let x = |lane: usize| TAU * w / lane_um(lane) * self.half_range_um;
             let pairs = if batch.len() <= FEW_LANES {

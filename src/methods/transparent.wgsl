@@ -1,7 +1,8 @@
 // Factor F of a film, which reflects and transmits: the scattering function of the film is F times S/λ², with the power
-// spectrum S of the relief and the wavelength λ. The colour table is that of the relief magnified n times. Compiled
-// after common.wgsl (DIVISOR_MIN) and table.wgsl. Counterpart of src/scattering/transparent.rs, which derives the
-// formulas, for bodies that are films: a relief on top, a flat side below, and air on both sides.
+// spectrum S of the relief and the wavelength λ. The colour table is that of the relief magnified n times, since
+// wavelengths in the film are 1/n of those in air. Compiled after common.wgsl (DIVISOR_MIN) and table.wgsl. Counterpart
+// of src/scattering/transparent.rs, which derives the formulas, for bodies that are films: a relief on top, a flat side
+// below, and air on both sides.
 //
 // n is the refractive index of the film, and ε = n². K is the wave vector of a direction, in units of the wave number
 // in air. All directions of a film are in air, so no component is imaginary. "Over n" means in units of the wave number

@@ -88,6 +88,7 @@ impl std::ops::Not for LaneMask {
 
 impl Mask for LaneMask {}
 
+/// Lanes are numbers by value: `COUNT` is 0, and `each` visits nothing, since they have no variables of Dr.Jit.
 impl State for LaneMask {
     const COUNT: usize = 0;
     #[inline(always)]
@@ -98,7 +99,7 @@ impl State for LaneMask {
     }
 }
 
-/// Implements [`State`] for numbers by value, none of which is a variable of Dr.Jit (mod.rs).
+/// Implements [`State`] for vectors of numbers, with `COUNT` and `each` as for [`LaneMask`].
 macro_rules! states {
     ($($t:ty)+) => {$(
         impl State for $t {
@@ -324,7 +325,12 @@ impl<'a> Numbers for Lanes<'a> {
         x.to_array().map(|x| x as u32).into()
     }
     #[inline(always)]
-    fn while_loop<S: State>(_: &'static CStr, mut state: S, go_on: impl Fn(S) -> LaneMask, step: impl Fn(S) -> S) -> S {
+    fn while_loop<S: State>(
+        _name: &'static CStr,
+        mut state: S,
+        go_on: impl Fn(S) -> LaneMask,
+        step: impl Fn(S) -> S,
+    ) -> S {
         loop {
             let more = go_on(state);
             if !more.any() {
@@ -341,8 +347,8 @@ impl<'a> Numbers for Lanes<'a> {
         for (i, value) in values.iter_mut().enumerate().take(count as usize) {
             *value = function(u32x4::splat(i as u32));
         }
-        // The caller's loop must count up one index, which its running lanes share. Lanes that have left the loop have
-        // smaller indices, so the largest index is that of the loop.
+        // By the contract of `Numbers::tabulated`, lanes that are still in the caller's loop have equal arguments.
+        // Lanes that have left it have smaller ones, and discard their results. So the largest argument serves all.
         move |i| {
             let largest = i.to_array().into_iter().fold(0, Ord::max);
             values[largest as usize]
@@ -350,11 +356,12 @@ impl<'a> Numbers for Lanes<'a> {
     }
     #[inline(always)]
     fn map_each<const L: usize, const R: usize>(
-        _: &'static CStr,
+        _name: &'static CStr,
         inputs: [f32x4; L],
         active: LaneMask,
         function: impl Fn(f32x4) -> [f32x4; R],
     ) -> [[f32x4; L]; R] {
+        // Idle lanes are computed along with the active ones; their results are arbitrary.
         super::map_by_value(inputs, active.any(), function)
     }
 }

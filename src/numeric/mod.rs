@@ -180,15 +180,15 @@ pub(crate) trait Values: Numbers {
 /// Largest [`Values::COUNT`].
 pub(crate) const VALUES_MAX: usize = lanes::LANES;
 
-/// [`Numbers::map_each`] of numbers by value; zeros unless `active`, which is true if any lane is active.
+/// [`Numbers::map_each`] of numbers by value, for all lanes; zeros where none is active.
 #[inline(always)]
 fn map_by_value<T: Real, const L: usize, const R: usize>(
     inputs: [T; L],
-    active: bool,
+    any_active: bool,
     function: impl Fn(T) -> [T; R],
 ) -> [[T; L]; R] {
     let mut results = [[T::lit(0.0); L]; R];
-    if active {
+    if any_active {
         for (i, input) in inputs.into_iter().enumerate() {
             for (result, value) in results.iter_mut().zip(function(input)) {
                 result[i] = value;

@@ -17,7 +17,8 @@ use std::marker::PhantomData;
 #[derive(Clone, Copy, Debug)]
 pub struct Plain<'a, F>(PhantomData<(&'a (), F)>);
 
-/// Implements [`State`] for numbers by value, none of which is a variable of Dr.Jit (mod.rs).
+/// Implements [`State`] for numbers by value. They have no variables of Dr.Jit, so `COUNT` is 0 and `each` visits
+/// nothing.
 macro_rules! states {
     ($($t:ty)+) => {$(
         impl State for $t {
@@ -157,7 +158,7 @@ macro_rules! reals {
             }
             #[inline(always)]
             fn while_loop<S: State>(
-                _: &'static CStr,
+                _name: &'static CStr,
                 mut state: S,
                 go_on: impl Fn(S) -> bool,
                 step: impl Fn(S) -> S,
@@ -178,7 +179,7 @@ macro_rules! reals {
             }
             #[inline(always)]
             fn map_each<const L: usize, const R: usize>(
-                _: &'static CStr,
+                _name: &'static CStr,
                 inputs: [$t; L],
                 active: bool,
                 function: impl Fn($t) -> [$t; R],

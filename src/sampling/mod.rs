@@ -142,7 +142,7 @@ impl<N: Numbers> SamplerView<N> {
     /// Density of [`SamplerView::sample`] over solid angle, in 1/sr; zero where the mask is false. `reading` gives the
     /// wavelength.
     ///
-    /// Where the mask is true, both directions must lie above the surface and the wavelength within the table's range.
+    /// Callers make the mask true only for directions above the surface and a wavelength within the table's range.
     #[inline(always)]
     pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], reading: &Reading<N>, active: N::Mask) -> N::Real {
         let outgoing = [0, 1].map(|i| N::widen(wo[i]));
@@ -152,7 +152,7 @@ impl<N: Numbers> SamplerView<N> {
     /// Draws a unit vector `wo` from two random numbers in [0, 1). The zero vector where the drawn direction lies below
     /// the horizon, where nothing is reflected, and where the mask is false.
     ///
-    /// Where the mask is true, `wi` must lie above the surface and the wavelength within the table's range.
+    /// Callers make the mask true only for a `wi` above the surface and a wavelength within the table's range.
     #[inline(always)]
     pub fn sample(&self, wi: [N::Real; 3], reading: &Reading<N>, u: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let (outgoing, is_drawn) = self.draw(&Passage::reflection(wi, self.layout.reach()), reading, u, active);

@@ -20,10 +20,11 @@
 //! are tabulated over uniform intervals in κ and interpolated linearly. In code, an order's *number* along an axis is
 //! jx or jy; its *index*, which counts from 0, is the number plus `origin`.
 //!
-//! A [`Passage`] holds the incident wave vector, `tangential` and `normal`, and the side on which light leaves. Its
-//! `divisor_min` is the smallest |w| at a transparent body, and `None` elsewhere. Lengths of wave vectors are in units
-//! of the wave number in the tables' medium: air, a cover (a clear layer over the relief) or a transparent body.
-//! Tangential parts of light from or to below the relief are negated, by the sign `turn`.
+//! A [`Passage`] holds the incident wave vector, `tangential` and `normal`, and the side on which light leaves. At a
+//! transparent body w may vanish, and `divisor_min` is the smallest |w| in the divisor w². It is `None` elsewhere.
+//! Lengths of wave vectors are in units of the wave number in the tables' medium: air, a cover (a clear layer over the
+//! relief) or a transparent body. Tangential parts of light from or to below the relief are negated, by the sign
+//! `turn`.
 //!
 //! A [`Reading`] holds the wavelength. For a resized relief it also holds another wavelength for κ_j, and a factor by
 //! which orders are narrower than `sigma`.

@@ -9,11 +9,11 @@ use crate::numeric::Real;
 use crate::numeric::math::GAUSSIAN_REACH;
 use rayon::prelude::*;
 
-/// Weights of tents at the nodes from −n to n whose sum `p` approximates the Gaussian `g` of standard deviation `sigma`
-/// in nodes. They sum to 1.
+/// Weights of tents at the nodes from −m to m, for some m, whose sum `p` approximates the Gaussian `g` of standard
+/// deviation `sigma` in nodes. They sum to 1.
 ///
-/// They minimise `∫ g²/p`, which is one more than the variance of the sample weight `g/p`. Each step multiplies the
-/// weights by a function of the gradient, which keeps them positive. `sigma` is positive.
+/// They minimise `∫ g²/p`, which is one more than the variance of `g/p`, the weight of a sample drawn from p. Each step
+/// multiplies the weights by a function of the gradient, which keeps them positive. `sigma` is positive.
 pub(super) fn tent_weights(sigma: f64) -> Vec<f32> {
     /// Midpoints per node of the integral. Chosen: with 64, weights change by up to 1.5e-3, and the build takes longer.
     const STEPS: usize = 16;
@@ -22,6 +22,7 @@ pub(super) fn tent_weights(sigma: f64) -> Vec<f32> {
     const ROUNDS: usize = 300;
     /// Weight below which an outer tent is dropped. Weights of the minimum are above 1e-8; others fall towards zero.
     const NEGLIGIBLE_WEIGHT: f64 = 1e-12;
+    // Tents at first: from −n to n, where samplers cut the Gaussian off.
     let n = (GAUSSIAN_REACH * sigma).ceil() as usize;
     // g² at the midpoints, up to a constant factor.
     let squares: Vec<f64> = (0..2 * n * STEPS)
@@ -53,7 +54,7 @@ pub(super) fn tent_weights(sigma: f64) -> Vec<f32> {
 
 /// Convolves masses `[node along y][node along x][band of κ]`, `width` nodes along x, with the weights of tents along x
 /// and y. Each list has an odd number of weights, and the middle one belongs to the node itself. Mass beyond the ends
-/// is lost.
+/// is lost. The result reuses the memory of `masses`.
 pub(super) fn convolved(
     masses: Vec<[f32; BANDS]>,
     width: usize,

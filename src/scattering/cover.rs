@@ -100,7 +100,8 @@ impl Inside {
         Self { wi, wo, factor: 1.0, density: 1.0 }
     }
 
-    /// The pair of two unit vectors outside; `None` unless both lie above the surface. Without a cover nothing changes.
+    /// The pair of two unit vectors outside; `None` unless both lie above the surface. Without a cover it is
+    /// [`Inside::bare`].
     pub fn new(cover: Option<Cover>, wi: Vec3, wo: Vec3) -> Option<Self> {
         Pair::new(wi, wo)?;
         Some(match cover {

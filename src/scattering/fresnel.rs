@@ -54,8 +54,8 @@ pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
     let b_squared = b * b;
     // |(x − y)/(x + y)|² of a real x and a complex y. `difference` and `sum` are the real parts of x − y and x + y up
     // to sign; both have the same squared imaginary part. Squares of differences keep their digits for indices near
-    // one, unlike differences of squares. Equal media at grazing incidence would give 0/0; the bound on the divisor
-    // makes it 0.
+    // one, unlike differences of squares. Equal media at grazing incidence would give 0/0; the bound on the divisor,
+    // 1e-18, makes it 0.
     let ratio = |difference: R, sum: R, imaginary_squared: R| {
         difference.fma(difference, imaginary_squared) / sum.fma(sum, imaginary_squared).max(lit(SQUARED_MODULUS_MIN))
     };
@@ -73,7 +73,7 @@ pub(super) fn transmitted_normal<R: Real>(sin_squared: R, ComplexIndex { eta, k 
     let real = lit(eta * eta - k * k) - sin_squared;
     let length = real.fma(real, lit(4.0 * eta * eta * k * k)).sqrt();
     // The larger of a and b is √((|t²| + |a² − b²|)/2), a sum of positive terms; the smaller follows from the product
-    // ab. For t = 0 the bound on the divisor makes the smaller 0.
+    // ab = eta·k. Where t = 0, k is 0, and the bound on the divisor makes the smaller 0.
     let larger = ((length + real.abs()) * lit(0.5)).sqrt();
     let smaller = lit(eta * k) / larger.max(lit(SQUARED_MODULUS_MIN.sqrt()));
     let is_b_larger = real.lt(lit(0.0));

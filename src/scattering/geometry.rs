@@ -80,11 +80,11 @@ pub struct Pair {
     pub u: f64,
     /// `wi.y + wo.y`.
     pub v: f64,
-    /// `cosθi + cosθo`.
+    /// `cos_i + cos_o`, so at least 2e-7.
     pub w: f64,
-    /// Cosine of the angle of `wi` with the normal, at least 1e-7.
+    /// Cosine of the angle of `wi` with the normal, raised to at least 1e-7.
     pub cos_i: f64,
-    /// Cosine of the angle of `wo` with the normal, at least 1e-7.
+    /// Cosine of the angle of `wo` with the normal, raised to at least 1e-7.
     pub cos_o: f64,
 }
 

@@ -37,8 +37,9 @@ pub struct Options {
     pub conserve_energy: bool,
     /// Whether the factor M of shadowing and masking by V-shaped grooves applies (default: false).
     pub shadowing: bool,
-    /// Largest sine of the angle from the normal at which light leaves (default: 1). Under a cover of index n it is
-    /// 1/n, beyond which light is totally reflected ([`Cover`](super::Cover)). The sampler draws no light beyond.
+    /// Largest sine of the angle from the normal, in the medium above the relief, of light that leaves (default: 1).
+    /// Under a cover of index n it is 1/n, beyond which light is totally reflected ([`Cover`](super::Cover)). The
+    /// sampler draws no light beyond.
     pub reach: f64,
     /// Relative sizes at which the surface is evaluated; `None` for the relief's own size (default).
     pub sizes: Option<SizeRange>,

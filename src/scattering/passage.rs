@@ -35,7 +35,8 @@ pub(crate) struct Passage<N: Numbers> {
     /// Magnitude of the incident wave vector's normal component, negated in transmission. So |w| is `|normal + c|`,
     /// where c > 0 is the magnitude of the outgoing normal component.
     pub normal: N::Real,
-    /// Squared length of outgoing wave vectors: 1 in the tables' medium, 1/n² in air above a body of index n.
+    /// Squared length of outgoing wave vectors: 1 in the medium of the tables, 1/n² in air above a body of index n.
+    /// Samplers compute the outgoing normal component from it and the outgoing tangential part.
     pub outgoing_squared: N::Real,
     /// Largest tangential length of outgoing wave vectors that leave.
     pub reach: N::Real,

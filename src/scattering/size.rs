@@ -134,9 +134,9 @@ impl<N: Numbers> Reading<N> {
         Self { wavelength_nm, depth_wavelength_nm: None, order_width_factor: None }
     }
 
-    /// Look-up at a wavelength in nm, for a relief of a relative size (`None` for the tables' own). With `keeps_window`
-    /// the coherence window keeps its width, so orders narrow in the tables' units. Otherwise the window is resized
-    /// with the pattern.
+    /// Look-up at a wavelength in nm, for a relief of a relative size within [`RELATIVE_SIZE`] (`None` for the tables'
+    /// own). With `keeps_window` the coherence window keeps its width, so orders narrow in the tables' units. Otherwise
+    /// the window is resized with the pattern.
     #[inline(always)]
     pub fn resized(wavelength_nm: N::Real, size: Option<RelativeSize<N::Real>>, keeps_window: bool) -> Self {
         match size {

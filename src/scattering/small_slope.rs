@@ -157,9 +157,9 @@ pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<C
     let sin_squared = one - cos_squared;
     let w = q + q0;
     let per_w_squared = one / (w * w);
-    // In both branches `straight` is the sum of |B_ss|² and |B_pp|², and `crossed` that of |B_sp|² and |B_ps|². Both
-    // are multiplied by (q·q0)² for the conductor, and divided by |ε − 1|² for other media.
+    // In both branches `straight` stands for |B_ss|² + |B_pp|², and `crossed` for |B_sp|² + |B_ps|².
     let Some(index) = index else {
+        // Both sums are multiplied by (q·q0)², so the factor 2·q·q0/w² of Q becomes 2/(w²·q·q0).
         // cosφ − k·k0, which loses digits at grazing directions. The second form follows with (k·k0)² = 1 − q² − q0² +
         // q²q0². It keeps the digits but divides by k·k0, so it is used for large k·k0 only.
         let grazing = (q_squared + q0_squared + q_q0 - q_squared * q0_squared - one_plus_dot) / divisor;
@@ -180,7 +180,7 @@ pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<C
     let ps_squared = o.t_squared * o.per_p_squared * i.per_s_squared;
     let sp_squared = i.t_squared * o.per_s_squared * i.per_p_squared;
     let crossed = sin_squared * (ps_squared + sp_squared);
-    // |ε − 1|².
+    // |ε − 1|², which `straight` and `crossed` leave out.
     let contrast_squared = (eps_re - 1.0) * (eps_re - 1.0) + eps_im * eps_im;
     lit(2.0 * contrast_squared) * q_q0 * per_w_squared * (straight + crossed)
 }
@@ -264,9 +264,10 @@ mod tests {
 
     /// The amplitudes are those of a shallow relief to first order in its height, phases included, at any azimuth.
     ///
-    /// To first order the phase screen exp(iκh) of a sinusoid of height h has orders of i(q + q0)·h, in units of the
-    /// wave number. The power of an order is its squared field times q/q0. So a field of [`first_order`] times √(q/q0)
-    /// is i(q + q0) times the amplitude, up to the sign of i.
+    /// [`first_order`] takes the complex height h·exp(iK·x), with lengths in inverse wave numbers. To first order its
+    /// phase screen is 1 + i(q + q0)·h·exp(iK·x): beside the mirror's, one order of amplitude i(q + q0)·h. The power of
+    /// an order is its squared field times q/q0. So a field per h of [`first_order`] times √(q/q0) is i(q + q0) times
+    /// the amplitude, up to the sign of i.
     #[test]
     fn amplitudes_are_the_first_order_of_a_shallow_relief() {
         // Rounding of the solved system.

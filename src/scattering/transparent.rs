@@ -16,7 +16,8 @@
 //! c1, cn       normal components in air and in the medium, √(1 − k²) and √(n² − k²); c1 is imaginary beyond k = 1
 //! ζ            normal component in the direction's own medium: c1 above, cn below
 //! v, e         cn and n for a direction above; n·c1 and 1 below
-//! s, p         c1 + cn and ε·c1 + cn, the denominators of the polarisation states s and p, which are subscripts of B
+//! s, p         c1 + cn and ε·c1 + cn, the denominators of Fresnel's coefficients for the polarisation states s and p;
+//!              as subscripts of B, the states themselves
 //! φ            azimuth from the tangential direction of the arriving light (−Ki) to that of the leaving light (Ko)
 //! σ            1 for reflection, −1 for transmission
 //! w            normal component of Ki + Ko, along the normal z that points into the air
@@ -36,9 +37,9 @@
 //! and the phase rate `2πw/λ`. F is reciprocal. At a half-space it is Fresnel's reflectance at the mirror direction,
 //! and Fresnel's transmittance at the refracted direction.
 //!
-//! S of a negative phase rate equals S of the positive one at the opposite frequency. In transmission w can vanish, and
-//! S vanishes in proportion to w². Both F and S therefore use a |w| of at least [`TransparentBody::normal_min`], so
-//! that their product stays smooth.
+//! S of a negative phase rate equals S of the positive one at the opposite frequency. In transmission w vanishes for
+//! some pairs, none of them refracted, and there S vanishes in proportion to w². Both F and S therefore use a |w| of at
+//! least [`TransparentBody::normal_min`], so that their product stays smooth.
 //!
 //! The bound also depends on the coherence window: the shorter the coherence length, the wider an order. Where w
 //! changes by about its own magnitude over the width of an order, 1/w² would raise the tails of strong orders above
@@ -121,7 +122,7 @@ pub(crate) struct BodyWave<N: Numbers> {
     v: [N::Real; 2],
     /// e, which is n above and 1 below.
     e: N::Real,
-    /// `1/|s|²` and `1/|p|²`.
+    /// `1/|s|²` and `1/|p|²` of the denominators s and p.
     per_squared: [N::Real; 2],
     /// Transmittances of a flat boundary between the media, for the states s and p; zero where light is totally
     /// reflected.

@@ -29,8 +29,8 @@ impl BuildDemand {
             .filter(|&tolerance| tolerance > self.tolerance)
             .find(|&tolerance| fits(&Self { tolerance, ..self.clone() }));
         changes.extend(looser.map(|tolerance| format!("a tolerance of {tolerance}")));
-        let shorter_um = COHERENCE_LENGTHS_UM.into_iter().find(|given_um| {
-            let coherence_length_um = given_um * self.magnification;
+        let shorter_um = COHERENCE_LENGTHS_UM.into_iter().find(|length_um| {
+            let coherence_length_um = length_um * self.magnification;
             coherence_length_um < self.coherence_length_um && fits(&Self { coherence_length_um, ..self.clone() })
         });
         changes.extend(shorter_um.map(|length_um| format!("a coherence length of {length_um} µm")));
@@ -52,9 +52,9 @@ impl BuildDemand {
         };
         // The relief that the user meant, if its heights are in nm but were read in µm.
         let thousandth = Self { range_um: self.range_um * 1e-3, ..self.clone() };
-        let given_um = self.range_um / self.magnification;
-        if given_um >= DEEP_UM && fits(&thousandth) {
-            let (given, meant) = (four_digits(given_um), four_digits(given_um * 1e-3));
+        let height_um = self.range_um / self.magnification;
+        if height_um >= DEEP_UM && fits(&thousandth) {
+            let (given, meant) = (four_digits(height_um), four_digits(height_um * 1e-3));
             advice += &format!(". Is the height in µm? It is {given} µm; {meant} µm would do");
         }
         advice

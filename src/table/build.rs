@@ -91,8 +91,8 @@ pub struct Built {
 }
 
 /// Builds the table of `spectrum` to a relative error of `tolerance`, if knots down to a fifth of the first spacing
-/// reach it. Where nodes may have deep gaps over κ, the measured error is brought to a fraction of the tolerance
-/// (`knots.rs`). [`TableReport::relative_error`] has the measured error.
+/// reach it. Where nodes may have deep gaps over κ, the measured error is brought to a tenth of the tolerance
+/// (`spline_tolerance` in `knots.rs`). [`TableReport::relative_error`] has the measured error.
 ///
 /// [`BuildDemand::check`] refuses builds that are too expensive, before the spectrum is made.
 ///
@@ -202,14 +202,14 @@ impl<'a> Build<'a> {
             let (header, coefficients) = record.split_at_mut(HEADER);
             header.copy_from_slice(&[headers[i].re as f32, headers[i].im as f32]);
             let mut curve = Vec::with_capacity(rows.len());
-            for part in 0..components {
+            for component in 0..components {
                 // Values at the knots, which the filter replaces by coefficients.
                 curve.clear();
-                curve.extend(rows.iter().map(|row| f64::from(row[i * components + part])));
+                curve.extend(rows.iter().map(|row| f64::from(row[i * components + component])));
                 prefilter(&mut curve);
                 // A record begins with the coefficient of knot −1, the curve with that of knot −EXTRA_KNOTS.
                 let from_knot_minus_1 = &curve[EXTRA_KNOTS as usize - 1..];
-                for (to, from) in coefficients.iter_mut().skip(part).step_by(components).zip(from_knot_minus_1) {
+                for (to, from) in coefficients.iter_mut().skip(component).step_by(components).zip(from_knot_minus_1) {
                     *to = *from as f32;
                 }
             }

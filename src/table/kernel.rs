@@ -94,8 +94,8 @@ fn semicircle_integral(beta: f64, radius: f64, even: impl Fn(f64) -> f64) -> f64
 }
 
 /// Oversampling: period of a lattice over the largest lag of its data. A larger ratio takes more nodes in the table, a
-/// smaller one more taps. At 2.5, with the best β for 5 to 8 taps, the images of a scan are two to five times as
-/// strong. The constants of [`semicircle`] were fitted at this ratio.
+/// smaller one more taps. At 2.5 instead of 3, with the best β for 5 to 8 taps, the images of a scan are two to five
+/// times as strong. The constants of [`semicircle`] were fitted at 3.
 pub(super) const OVERSAMPLING: f64 = 3.0;
 
 /// Decrease of the natural logarithm of the images with each tap. Measured at [`OVERSAMPLING`] for the autocorrelation

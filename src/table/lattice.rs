@@ -245,8 +245,8 @@ impl AxisDemand {
         let AxisPlan { pixels, pixel_um, kernel, taps } =
             if is_native { self.native(log_error) } else { self.resampled(log_error, resampled_um) };
         let period_um = pixels as f64 * pixel_um;
-        // The upper bound never acts: native periods are below 2·x_max, so the σ of their Gaussian is at most √(2Λ)/π
-        // nodes, and tolerances are at least 1e-6.
+        // The upper bound never acts at tolerances of at least 1e-6, for which at most 25 taps are planned: native
+        // periods are below 2·x_max, so the σ of their Gaussian is at most √(2Λ)/π nodes.
         let taps = taps.clamp(1, TAPS_MAX);
         // Largest node that look-ups up to the largest frequency read. A native lattice has no nodes beyond half the
         // number of its pixels. A resampled lattice has copies of nodes there, on a margin of half the taps.

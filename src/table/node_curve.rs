@@ -52,6 +52,7 @@ impl NodeCurve {
         // Position in knots.
         let t = kappa / table.kappa_step;
         let first = t as usize;
+        // Factors on P(0), P'(0) and Q of a power.
         let [zero, slope, spline] = power_factors(kappa, table.kappa_knee);
         let spline_factor = match table.quantity {
             NodeQuantity::Power => Complex64::new(spline, 0.0),
@@ -118,8 +119,8 @@ impl<V: Values> PowerCurves<V> {
     /// [`NodeCurve::power`] of one record per lane: `record_of(lane)`.
     #[inline(always)]
     pub(crate) fn power<'a>(&self, record_of: impl Fn(usize) -> &'a [f32]) -> V::Real {
-        // Header and the four coefficients of each lane; zeros beyond a record's end. They are copied side by side,
-        // since lanes read different records.
+        // Header and the four coefficients of each lane; all zeros where κ is beyond the record, so that the power is 0
+        // there. They are copied side by side, since lanes read different records. `V` has COUNT ≤ VALUES_MAX lanes.
         let mut lanes = [[0f32; HEADER + 4]; VALUES_MAX];
         for (i, lane) in lanes.iter_mut().enumerate().take(V::COUNT) {
             let (record, first) = (record_of(i), HEADER + V::lane(self.first, i));

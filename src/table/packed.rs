@@ -145,7 +145,7 @@ impl PackedTable {
         // Offset 0 stands for no record, so float 0 is unused.
         let mut records = vec![0f32; 1];
         let mut offsets = vec![0; nodes];
-        // Both axes are symmetric about order zero.
+        // Both axes are symmetric about order zero, so it is the middle node.
         let order_zero = nodes / 2;
         for (&node, pair) in kept.iter().zip(starts.windows(2)) {
             let power_at_zero = if node == order_zero { layout.zero } else { 0.0 };
@@ -194,7 +194,7 @@ impl PackedTable {
 
     /// `S(f; κ)` in µm² at a frequency in cycles/µm and κ in rad/µm.
     pub fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
-        // `true`: the only lane is active.
+        // The mask `true` asks for the value; where a SIMD lane's mask is false, the result is meaningless.
         self.view().density(f, kappa, true)
     }
 

@@ -162,8 +162,8 @@ impl SpectralTable {
                     if record.is_empty() {
                         record.resize(HEADER + coefficients * self.quantity.components(), 0.0);
                     }
-                    // Beyond the end of a node's record, numbers of the next records are added. They only reach
-                    // coefficients that no κ of a pair of directions at f reads.
+                    // Beyond the end of a node's record, numbers of the next records are added. The record
+                    // reaches `kappa_limit(f)`, so no κ of a pair of directions at f reads the coefficients affected.
                     for (sum, value) in record.iter_mut().zip(&self.records[start..]) {
                         *sum += e * value;
                     }

@@ -87,6 +87,7 @@ impl<N: Numbers> TableView<N> {
             Format::Complex => re * re + im * im,
             // Where the power is about zero, the spline may be negative by the tolerance.
             Format::Fixed => {
+                // Order zero is node (0, 0), so its distance is the position itself.
                 let [x, y] = position.map(N::narrow);
                 let weight =
                     self.kernel_weight(0, x, order_width_factor) * self.kernel_weight(1, y, order_width_factor);
@@ -116,7 +117,7 @@ impl<N: Numbers> TableView<N> {
         let [taps_x, taps_y] = self.layout.taps;
         // Nodes in a row of the lattice.
         let columns = int(2 * self.layout.reach[0] + 1);
-        // Weights of the columns. Numbers by value compute them once for all rows.
+        // Weights of the columns. Single numbers and SIMD vectors compute them once for all rows.
         let weight_x =
             N::tabulated(taps_x, |i| self.kernel_weight(0, first_x.distance - N::real(i), order_width_factor));
         let add_node = |node: N::Index, weight: N::Real, [re, im]: [N::Real; 2]| {

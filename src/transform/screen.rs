@@ -1,6 +1,7 @@
 //! Amplitudes of diffraction orders by FFT.
 //!
-//! - h(ix, iy): height in µm of pixel (ix, iy), for a tile of nx × ny pixels. H: half the range of heights.
+//! - h(ix, iy): height in µm of pixel (ix, iy), from the middle of the range of heights. H: half that range. The tile
+//!   has nx × ny pixels.
 //! - κ: phase rate in rad per µm of height. The *phase screen* is `exp(iκh)`.
 //! - `c_j(κ) = 1/(nx·ny) Σ exp(iκh(ix, iy))·exp(+2πi(jx·ix/nx + jy·iy/ny))`: amplitude of the order j = (jx, jy), with
 //!   the sum over all pixels (docs/model.md#the-phase-screen).

@@ -72,7 +72,7 @@ const SIGMA: f64 = 0.6;
 struct Lookup<N: Numbers>(N::Words);
 
 impl<N: Numbers> Lookup<N> {
-    /// The base-two logarithm of the mean, and the sum of the weights with the sign reversed if it exceeds 0.5.
+    /// The base-two logarithm of the mean, and the sum of the weights, negated if it exceeds 0.5 to test a selection.
     /// `position` is in nodes, `knot` in knots.
     fn at(&self, position: N::Real, knot: N::Real, active: N::Mask) -> [N::Real; 2] {
         let (lit, int) = (N::Real::lit, N::Index::lit);
@@ -107,7 +107,8 @@ impl<N: Numbers> Lookup<N> {
                 let knots_from_first = knot - N::real((low >> 2) << 2);
                 let mut value = lit(0.0);
                 for (k, &word) in words.iter().enumerate() {
-                    // The added bits are the exponent of 1, so coefficients are in [1, 2).
+                    // The numbers in the lower and the upper 16 bits (bfloat16). The added bits are the exponent of 1,
+                    // so coefficients, the upper numbers, are in [1, 2).
                     let [_, coefficient] = math::bf16_pair::<N>(word | int(0x3f80_0000));
                     value = math::cubic_b_spline(knots_from_first - lit(k as f64)).fma(coefficient, value);
                 }
@@ -250,7 +251,8 @@ fn map_each_loops_and_is_zero_where_masked() {
     }
 }
 
-/// Traces a loop within a loop, whose inner step calls `fail`. The result is the input plus 4.
+/// Traces a loop within a loop, whose inner step calls `fail`. The result is the input plus 4: the sum of i·j, which is
+/// 3, and 1.
 fn failing(backend: u32, input: u32, fail: &dyn Fn()) -> Result<Owned, TraceError> {
     trace(backend, |scope| {
         let int = Var::<u32>::lit;

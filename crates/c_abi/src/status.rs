@@ -87,6 +87,7 @@ thread_local! {
 /// Runs the body of an exported function. Converts an error or a panic into a status, and stores its message for the
 /// thread. A success leaves the message as it is.
 pub(super) fn call(body: impl FnOnce() -> Result<(), CallError>) -> Status {
+    // `guard` turns a panic into `CallError::Panic`.
     let Err(error) = guard(body) else { return Status::Ok };
     let mut text = error.to_string().into_bytes();
     text.retain(|byte| *byte != 0);

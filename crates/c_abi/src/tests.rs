@@ -369,6 +369,7 @@ fn description_fits_a_buffer_of_the_returned_size() {
 
 #[test]
 fn panics_become_a_status_and_messages_belong_to_threads() {
+    // The message leaves out the NUL, which would end it as a C string.
     assert_eq!(status::call(|| panic!("a defect\0of ours")), Status::Internal);
     assert!(message().contains("a defect") && message().contains("report it"), "{}", message());
     let elsewhere = std::thread::spawn(message).join().unwrap();

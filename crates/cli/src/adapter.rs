@@ -56,8 +56,8 @@ struct Report {
 #[derive(Serialize)]
 struct CompiledShader {
     name: String,
-    /// Wall-clock time of the compilation in ms. A method's includes a first query, during which drivers finish
-    /// compiling.
+    /// Wall-clock time of the compilation in ms. A method's includes the first query, which `Shader::new` submits:
+    /// drivers finish compiling during it.
     ms: f64,
 }
 
@@ -85,7 +85,7 @@ fn compile_all(gpu: &Gpu) -> Result<(Vec<CompiledShader>, Shader), Box<dyn Error
     let mut compiled = Vec::new();
     timed(&mut compiled, "raster, shadow, locate, resolve", || Ok(Renderer::new(gpu)?))?;
     timed(&mut compiled, "tone", || {
-        // Errors of the compilation are reported by `check`.
+        // `new` returns no error; `check` returns that of the compilation.
         TonePass::new(gpu.device(), TONE_FORMAT);
         Ok(gpu.check()?)
     })?;
@@ -99,7 +99,8 @@ fn compile_all(gpu: &Gpu) -> Result<(Vec<CompiledShader>, Shader), Box<dyn Error
     for kind in MethodKind::ALL {
         shade(kind.name(), &*build(kind, &field, &patch, &MethodOptions::default())?)?;
     }
-    // The option `gems` gives Stam's method a second shader. Energy conservation and films give the table others.
+    // Further shaders: Stam's method has one for the option `gems`, the colour table has others for energy conservation
+    // and for films.
     let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
     shade("stam of GPU Gems", &*build(MethodKind::Stam, &field, &patch, &gems)?)?;
     let conserving = build(MethodKind::Table, &field, &Options::default(), &MethodOptions::default())?;

@@ -248,7 +248,7 @@ fn surface_name(config: &SurfaceConfig) -> String {
     }
 }
 
-/// Opens the GPU. On a machine without an adapter, the inner result is the reason as a text.
+/// Opens the GPU. On a machine without an adapter, the inner error is the reason as a text.
 ///
 /// # Errors
 /// Any other failure to open the adapter.

@@ -23,7 +23,7 @@ use sunbeam_realtime::{AdapterChoice, Query};
 /// colour, and up to 12 for the encoded EXR, or afterwards for the automatic exposure.
 const SIDE_PIXELS: RangeInclusive<usize> = 1..=16_384;
 /// Largest number of directions in one call of the GPU. Their queries (pairs of directions) take 50 MB. Larger values
-/// need more memory; smaller ones take more calls. The shader's own buffer holds the same number of queries.
+/// need more memory; smaller ones take more calls.
 const DIRECTIONS_MAX: usize = 1 << 20;
 /// Direction of the pixels outside the disc. Any direction below the surface would do: the reflectance there is 0.
 const OUTSIDE: [f32; 3] = [0.0, 0.0, -1.0];

@@ -2,8 +2,8 @@
 //!
 //! A drawing has one or more charts. The plot area of a chart lies inside margins for title and labels. Title and
 //! labels are placed by literal offsets in pixels, which fit the margins and [`FONT_SIZE`]. Positions are in pixels
-//! with y downwards. An [`Axis`] maps a value to a fraction of the plot area's side. Marks outside the plot area are
-//! clipped.
+//! with y downwards. An [`Axis`] maps a value to a fraction of the plot area's side. Cells, curves and dots outside the
+//! plot area are clipped.
 
 use svg::node::element::{Circle, Group, Line, Polyline, Rectangle, SVG, Text};
 use svg::{Document, Node};
@@ -65,7 +65,7 @@ impl Axis {
         let span = self.last - self.first;
         let power = 10f64.powf((span / TICKS_MAX).log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power).into_iter().find(|step| span / step <= TICKS_MAX);
-        // Ten times `power` is at least span/TICKS_MAX. Only rounding could leave no step.
+        // Ten times `power` exceeds span/TICKS_MAX, so only rounding could leave no step.
         let step = step.unwrap_or(span);
         let decimals = (-step.log10().floor()).max(0.0) as usize;
         // First and last tick as multiples of the step. The margin keeps ticks at the ends of the axis in spite of
@@ -109,7 +109,7 @@ pub(crate) struct Chart {
     /// Width and height of the plot area in pixels.
     area: (f64, f64),
     title: String,
-    /// Filled rectangles, below everything else, in pixels from the plot area's upper left corner.
+    /// Filled rectangles, above the grid and below the marks, in pixels from the plot area's upper left corner.
     cells: Group,
     /// Curves and dots, in pixels from the plot area's upper left corner.
     marks: Group,

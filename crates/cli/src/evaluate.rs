@@ -266,8 +266,8 @@ impl EvaluateArgs {
                 return angles_deg.iter().map(value).collect();
             }
             let mut row = vec![0.0; angles_deg.len()];
-            // A tile of one pixel along x has order zero alone. This order leaves at every wavelength, so that nmm
-            // selects no wavelength.
+            // A tile of one pixel along x has none of the orders below. It has order zero alone, which leaves at every
+            // wavelength, so nmm selects none.
             if pixels_x > 1 {
                 for sin_r in order_sines(1e-3 * nm / tile_um, sin_i) {
                     if let Some(i) = nearest(angles_deg, self.angle_step, sin_r.asin().to_degrees()) {

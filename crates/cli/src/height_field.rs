@@ -99,7 +99,8 @@ struct Report<'a> {
     /// Number of points that the file lacks and `--fill` filled; `None` without `--fill`.
     #[serde(skip_serializing_if = "Option::is_none")]
     filled_points: Option<usize>,
-    /// Source of the file's size, unit, orientation, channel and missing points.
+    /// Origin of each property that the heights need besides the file's numbers, such as their unit: the file itself,
+    /// its format, an argument, a default or a guess.
     #[serde(skip_serializing_if = "Option::is_none")]
     provenance: Option<Provenance>,
     /// Warnings of implausible properties of the file.

@@ -105,6 +105,7 @@ pub fn run_with<A: Parser>(program: impl FnOnce(&A) -> Outcome) -> ExitCode {
         Ok(args) => args,
         Err(error) => return exit_after_parsing(&error),
     };
+    // From here on, warnings that the library logs are printed on stderr.
     warnings::show();
     match program(&args) {
         Ok(()) => ExitCode::SUCCESS,

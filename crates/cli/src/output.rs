@@ -115,6 +115,7 @@ pub fn check_distinct(command: &Command, matches: &ArgMatches) -> Result<(), cla
     }
     let mut files: Vec<(PathBuf, &Arg)> = Vec::new();
     for argument in command.get_arguments() {
+        // The error, for an argument of another type, means that it names no output.
         let given = matches.try_get_one::<Output>(argument.get_id().as_str()).ok().flatten();
         let Some(output) = given.filter(|output| !output.is_stdout() && !is_device(output.path())) else { continue };
         let file = resolved(output.path());
@@ -127,8 +128,8 @@ pub fn check_distinct(command: &Command, matches: &ArgMatches) -> Result<(), cla
     Ok(())
 }
 
-/// The path with symbolic links and dots resolved. Of a new file only the folder is resolved, and of a missing folder
-/// nothing.
+/// The path with symbolic links and dots resolved. For a new file only the folder is resolved; in a missing folder the
+/// path stays as it is.
 fn resolved(path: &Path) -> PathBuf {
     let (folder, name) = (folder_of(path), path.file_name().unwrap_or_default());
     let in_folder = || folder.canonicalize().unwrap_or(folder.to_owned()).join(name);
@@ -199,7 +200,8 @@ fn check_new(path: &Path) -> Result<(), String> {
         Err(error) => return Err(format!("{}: {error}", folder.display())),
     }
     if let Ok(target) = fs::read_link(path) {
-        // Writing to a dangling link creates its target.
+        // Writing to a dangling link creates its target. A loop of links never comes here: it has another error than
+        // those of `is_missing`.
         return check_writable(&folder.join(target));
     }
     // Creating a file without a name tests the folder's permissions and file system, and leaves nothing behind.

@@ -21,7 +21,7 @@ struct DelayedBar {
     label: &'static str,
     /// Start of the work.
     start: Instant,
-    /// The bar; empty until it appears.
+    /// The bar; empty until it appears. Several threads may report, and the first one after the delay creates the bar.
     bar: OnceLock<ProgressBar>,
 }
 
@@ -59,6 +59,7 @@ pub(crate) fn with_bar<T>(label: &'static str, work: impl FnOnce(&Progress) -> T
         return work(&Progress::none());
     }
     let bar = Arc::new(DelayedBar { label, start: Instant::now(), bar: OnceLock::new() });
+    // The listener must own what it uses, so it has a reference of its own.
     let listener = bar.clone();
     let result = work(&Progress::new(move |fraction| listener.show(fraction)));
     bar.clear();

@@ -57,7 +57,7 @@ pub(crate) fn parse<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
     let mut reader = serde_json::Deserializer::from_slice(line);
     let error = match serde_path_to_error::deserialize::<_, T>(&mut reader) {
         Err(error) => error,
-        // The value itself is right, so the error is in a text that follows the value.
+        // The first value on the line is right, so a second text follows it, which `end` refuses.
         Ok(_) => {
             let message = reader.end().err().map(|error| without_line_number(&error)).unwrap_or_default();
             return Err(format!("not JSON: {message}"));

@@ -102,7 +102,7 @@ impl Realtime {
             config.build_method(*kind, options, spectral_index.as_ref(), cache, progress)
         })?;
         let build_seconds = start.elapsed().as_secs_f64();
-        // The automatic choice of the obliquity factor depends on the index.
+        // The automatic choice of the obliquity factor depends on the index, which may differ from the configuration's.
         let Options { obliquity, shadowing, .. } = config.options_for(spectral_index.as_ref());
         let optics = Optics { index, cover: config.cover(), obliquity, shadowing };
         let shader = Shader::new(gpu, &*method, &optics)?;

@@ -15,7 +15,7 @@
 //!
 //! - f_r: the reflectance in 1/sr, R·O·M·S/λ² without a cover and without energy conservation;
 //! - R: the Fresnel factor;
-//! - O: the obliquity factor; the small-slope factor replaces R·O;
+//! - O: the obliquity factor; the small-slope factor replaces R·O, and then counts as R with O = 1;
 //! - M: the shadowing factor;
 //! - S: the power spectral density of the relief's phase screen in µm²;
 //! - λ: the wavelength in µm;
@@ -307,7 +307,7 @@ impl Reflector {
         }
     }
 
-    /// The Fresnel factor R, or the small-slope factor in place of R·O ([`Options::angular_factor`] then has no O).
+    /// The Fresnel factor R, or the small-slope factor in its place. [`Options::angular_factor`] has O·M.
     fn fresnel(&self, pair: &Pair) -> f64 {
         pair.interface(self.index, self.options.obliquity)
     }
@@ -346,7 +346,7 @@ impl Reflector {
         Some(density * self.sampler.as_ref()?.pdf(wi, wo, wavelengths_nm))
     }
 
-    /// A direction drawn by the sampler; see [`Surface::sample`].
+    /// A direction drawn by the sampler from the random numbers `u` in [0, 1); see [`Surface::sample`].
     ///
     /// `None` for a sample below the horizon or one that the cover reflects totally, and without a sampler.
     pub(crate) fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
@@ -356,7 +356,8 @@ impl Reflector {
         let drawn = sampler.sample(Inside::new(self.cover, wi, wi)?.wi, wavelengths_nm, u)?;
         let wo = cover.outside(drawn.wo)?;
         let Inside { factor, density, .. } = Inside::new(self.cover, wi, wo)?;
-        // The weight f_r·cosθo/pdf, with each of its three factors converted from inside the cover to outside.
+        // The weight is the value of the sampler's tables times cosθo over the density. Each of the three is converted
+        // from inside the cover to outside.
         let weight = drawn.weight * factor * wo[2] / (density * drawn.wo[2]);
         Some(Sample { wo, pdf: density * drawn.pdf, weight })
     }

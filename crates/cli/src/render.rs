@@ -107,6 +107,7 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
         return Err("parameter \"pairs\" needs --supersample 1: its directions are those at the pixels' centres".into());
     }
     let realtime = Realtime::new(&args.method, &args.surface)?;
+    // The configuration of `realtime` has the same index and transmission.
     let config = args.surface.config()?;
     let index = config.index().unwrap_or(KERATIN);
     let view = args.scene.view(args.supersample)?;

@@ -68,7 +68,8 @@ fn answer(reflector: &Reflector, line: &[u8]) -> Result<Answer, String> {
         Some(sample) => Answer {
             wo: Some(sample.wo),
             pdf: sample.pdf,
-            // `sample.weight` is not used: it is for the first wavelength alone, and lacks the Fresnel factor.
+            // `sample.weight` is not used: it is for the first wavelength alone, and tables of phase screens lack the
+            // Fresnel factor, which `eval` contains.
             weight: query.wavelength.map(|nm| reflector.eval(wi, sample.wo, nm) * sample.wo[2].abs() / sample.pdf),
         },
         None => Answer { wo: None, pdf: 0.0, weight: query.wavelength.map(|_| 0.0) },

@@ -41,7 +41,8 @@ pub(crate) fn serve<A: Serialize>(
     }
 }
 
-/// The next complete lines of the input, with their line ends. An empty list means the end of the input.
+/// The next complete lines of the input, with their line ends. An empty list means the end of the input. The last line
+/// of the input may lack its end.
 ///
 /// The first line is read until it is complete or the input ends. All further lines that are complete in the buffer
 /// follow.

@@ -147,7 +147,7 @@ impl SurfaceArgs {
             obliquity: self.obliquity.unwrap_or(default.obliquity),
             conserve_energy: self.conserve_energy,
             shadowing: self.shadowing.unwrap_or(default.shadowing),
-            // Only renderers set sizes, for textures.
+            // No argument sets sizes, which renderers take from textures.
             sizes: None,
             eta: self.eta,
             k: self.k,
@@ -186,8 +186,8 @@ impl SurfaceArgs {
                 let reason = "whose tables have other axes";
                 return Err(format!("--table-resolution has no effect with --theory rigorous, {reason}").into());
             }
-            // `conserve_energy` is not set, as it is below: the rigorous theory conserves energy by itself, and the
-            // library refuses `false`.
+            // `conserve_energy` stays as given, while below a missing value becomes `false`. The rigorous theory
+            // conserves energy by itself, and the library refuses `false` for it.
             return Ok(self.config()?);
         }
         if kind == MethodKind::Stam && options.stam_form == StamForm::Gems {

@@ -35,7 +35,7 @@ fn replace_process(program: &Path, args: &[OsString]) -> Outcome {
     Err(Command::new(program).args(args).exec().into())
 }
 
-/// Runs the program and exits with its status, or with 2 where it has none.
+/// Runs the program and exits with its status, or where it has none with 2, the status of this command's own failures.
 #[cfg(not(unix))]
 fn replace_process(program: &Path, args: &[OsString]) -> Outcome {
     std::process::exit(Command::new(program).args(args).status()?.code().unwrap_or(2))

@@ -2,7 +2,8 @@
 
 use log::{LevelFilter, Log, Metadata, Record};
 
-/// A logger that prints the messages of this project's crates. Those of other crates, such as wgpu, are left out.
+/// A logger that prints the messages of this project's crates, whose names all begin with `sunbeam`. The target of a
+/// message begins with its crate's name. Messages of other crates, such as wgpu, are left out.
 struct StderrLogger;
 
 impl Log for StderrLogger {

@@ -65,8 +65,8 @@ impl Clock {
         })
     }
 
-    /// Submits work whose pass has this clock's timestamps, and waits as [`Gpu::run`] does. Returns the time in ms. In
-    /// a browser, which does not wait, the time without timestamps is that of the submission alone.
+    /// Submits work whose pass has this clock's timestamps, and waits as [`Gpu::run`] does. Returns the time in ms. A
+    /// browser's clock has no timestamps and does not wait, so the time is that of the submission alone.
     pub(crate) async fn run(&self, gpu: &Gpu, encoder: wgpu::CommandEncoder) -> Result<f64, GpuError> {
         Ok(self.run_and_read(gpu, encoder, None).await?.0)
     }

@@ -70,8 +70,8 @@ struct Faults {
 /// Callback with the reason for the loss of the device.
 type Listener = Box<dyn FnOnce(&str) + Send>;
 
-/// Size in bytes of a storage buffer without contents. A binding must hold at least one element of the shader's array,
-/// and no array has larger elements.
+/// Size in bytes of a storage buffer without contents. A binding must hold at least one element of the shader's array;
+/// the largest element, `Query` in query.wgsl, has 48 bytes.
 const EMPTY_BYTES: u64 = 64;
 
 /// An adapter with its device and queue. No window is needed.
@@ -251,6 +251,7 @@ impl Gpu {
         });
         #[cfg(not(target_arch = "wasm32"))]
         self.poll(wgpu::PollType::wait_indefinitely())?;
+        // Whether the callback was called does not matter here: `poll` has waited, or in a browser `received` waits.
         self.received(receiver).await.map(|_| ())
     }
 

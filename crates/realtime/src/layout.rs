@@ -55,7 +55,8 @@ pub struct Optics {
     /// The cover, a flat clear layer over the relief; `None` for a bare surface. Under a cover the method receives the
     /// directions inside the cover.
     pub cover: Option<Cover>,
-    /// The obliquity factor.
+    /// The obliquity factor, a function of both directions; [`Obliquity`] has the formulas. The variant `SmallSlope`
+    /// also replaces the Fresnel factor.
     pub obliquity: Obliquity,
     /// Whether the reflectance has the V-cavity factor of shadowing and masking.
     pub shadowing: bool,
@@ -103,6 +104,7 @@ impl OpticsUniform {
             answer_kind: match answer_kind {
                 AnswerKind::Relief => 0,
                 AnswerKind::Reflectance => 1,
+                // The film's index is in `FrameUniform`, since only the locate stage needs it.
                 AnswerKind::Film { .. } => 2,
             },
             cover_eta: cover_eta as f32,

@@ -43,6 +43,7 @@ impl Level {
     }
 
     /// The next finer level on the way to `supersample` rays along each side of a pixel; `None` after the finest one.
+    /// The rays multiply only after the last halving of the divisor.
     fn finer(self, supersample: u32) -> Option<Self> {
         if self.divisor > 1 {
             return Some(Self { divisor: self.divisor / 2, ..self });

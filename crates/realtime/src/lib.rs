@@ -6,7 +6,7 @@
 //! ([`Shader::evaluate_async`]). [`Renderer::draw_async`] draws a [`Scene`] with a [`Shader`] into a [`Target`], with
 //! the camera and the sun of a [`View`], in four stages:
 //!
-//! 1. *raster* finds the triangle at each pixel. Nothing is interpolated.
+//! 1. *raster* writes the number of the nearest triangle at each pixel.
 //! 2. *locate* computes the point of the triangle on the pixel's ray, the shading frame and the directions there, and
 //!    the visibility of the sun. A depth map from the sun decides the visibility for nearly every pixel, and a ray
 //!    through a tree of boxes for the others. The stage also adds the radiance of the ground to the picture. The

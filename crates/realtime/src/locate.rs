@@ -25,10 +25,10 @@ const GROUP: [Access; 11] = [
     Access::Read,      // vertices
     Access::Read,      // triangles
     Access::Read,      // nodes
-    Access::Texture,   // seen
+    Access::Texture,   // seen: the triangle at each pixel
     Access::ReadWrite, // queries
     Access::ReadWrite, // chosen
-    Access::ReadWrite, // lists
+    Access::ReadWrite, // lists: their lengths, and the entries of skin, bare and rest
     Access::ReadWrite, // picture
     Access::Uniform,   // sunlight
     Access::Read,      // sun_depths

@@ -46,8 +46,8 @@ impl From<&SnakeMesh> for Mesh {
     }
 }
 
-/// Largest number of triangles. Corners and tree nodes (tree.rs), at most three of each for a triangle, are counted in
-/// 32 bits.
+/// Largest number of triangles. Three corners and at most three tree nodes for each triangle (a leaf, and on average at
+/// most two inner nodes; tree.rs) are counted in 32 bits.
 const TRIANGLES_MAX: usize = 1_000_000_000;
 
 /// Accepted names in PLY files of each property of a vertex: position, normal and texture coordinates.

@@ -35,7 +35,7 @@ pub(super) const WORKGROUPS_MAX: u32 = 65_535;
 
 /// Dispatches at least `count` invocations. The workgroups form a grid of up to [`WORKGROUPS_MAX`] columns, in which
 /// the shader numbers invocations by rows. The shader must ignore numbers from `count` on. A `count` of 0 also
-/// dispatches one workgroup, because drivers finish compiling at the first dispatch.
+/// dispatches one workgroup, because drivers finish compiling at the first dispatch, which would delay a later picture.
 pub(super) fn dispatch_over(pass: &mut wgpu::ComputePass<'_>, count: u32) {
     let groups = count.div_ceil(WORKGROUP).max(1);
     let columns = groups.min(WORKGROUPS_MAX);

@@ -139,7 +139,7 @@ pub(super) mod tests {
         }
         for path in found {
             let text = std::fs::read_to_string(&path).unwrap();
-            // Programs have no comments.
+            // Programs have no comments: `wgsl!` removes the text from `//` to the end of the line.
             let lines = text.lines().map(|line| line.split("//").next().unwrap_or_default());
             let code = lines.collect::<Vec<_>>().join("\n");
             assert!(PROGRAMS.iter().any(|(_, source)| source.contains(&code)), "{}", path.display());

@@ -160,7 +160,7 @@ impl Progressive {
     }
 
     /// Removes the job, for instance after an error. [`Progressive::next_level`] is `None` until there is another job.
-    /// [`Progressive::latest`] stays, and a frame under way may still replace it.
+    /// [`Progressive::latest`] stays, and a frame under way, which is not stale, may still replace it.
     pub fn give_up(&mut self) {
         self.job = None;
     }

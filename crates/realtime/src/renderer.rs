@@ -121,6 +121,7 @@ impl Renderer {
             report.gpu_ms.raster += self.rasterise(gpu, scene, &self.shadow, &bindings.shadow, None, &map).await?;
             // The map is copied into the buffer that the locate stage reads. The time of the copy belongs to no stage.
             scene.sunlight.copy(gpu)?;
+            // Not reached after an error; the next picture then draws the map again.
             scene.sunlight.end_drawing(to_sun);
         }
         for sample in 0..view.samples() {

@@ -26,7 +26,7 @@ pub struct Scene {
     pub(super) nodes: wgpu::Buffer,
     /// The struct `Pigment` (resolve.wgsl).
     pub(super) pigment: wgpu::Buffer,
-    /// The sun's depth map.
+    /// The sun's depth map, which [`super::Renderer`] draws when the sun has moved.
     pub(super) sunlight: Sunlight,
     /// Number of corners of all triangles, three for each.
     pub(super) corners: u32,

@@ -48,7 +48,8 @@ struct Header {
 /// Smallest number of u32 in the struct `Pigment` of `resolve.wgsl`, which takes at least 16 bytes: a `vec2<u32>` and
 /// one texel are 12 bytes, rounded up to a multiple of 8, the alignment of the vector.
 const PIGMENT_U32_MIN: usize = 4;
-/// Magic number at the beginning of the bytes, the characters "sun1".
+/// Magic number at the beginning of the bytes: the characters "sun1" on little-endian machines. Bytes of the other byte
+/// order begin with another number, and are refused.
 const MAGIC: u32 = u32::from_le_bytes(*b"sun1");
 
 impl SceneData {

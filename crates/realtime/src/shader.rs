@@ -285,7 +285,8 @@ impl Shader {
                 }
             }
             if cut_short {
-                // The range is repeated with twice the number of parts. Part 0 replaces the wrong sums.
+                // The range is repeated with twice the number of parts. Part 0 overwrites the wrong sums; later parts
+                // are added.
                 if parts >= PARTS_MAX {
                     return Err(GpuError::CutShort { adapter: gpu.adapter() });
                 }

@@ -173,7 +173,7 @@ mod tests {
         // a cell.
         assert!((f64::from(area) / expected - 1.0).abs() < 1e-3, "{area} {expected}");
         // The sphere touches the ground, but for rounding of f32.
-        assert!(mesh.positions.iter().all(|place| place[2] > -1e-6));
+        assert!(mesh.positions.iter().all(|position| position[2] > -1e-6));
     }
 
     #[test]
@@ -186,7 +186,7 @@ mod tests {
             // ∂P/∂u, from two edges and their differences of texture coordinates.
             let tangent = ((b - a) * dv2 - (c - a) * dv1) / (du1 * dv2 - du2 * dv1);
             let [x, y, _] = ((a + b + c) / 3.0).to_array();
-            let centre = Shape::SPHERE_CENTRE_CM.map(|place| place as f32);
+            let centre = Shape::SPHERE_CENTRE_CM.map(|coordinate| coordinate as f32);
             let east = Vec3::new(centre[1] - y, x - centre[0], 0.0);
             // A tangent towards the poles would give 0, a reversed one −1.
             assert!(tangent.normalize().dot(east.normalize()) > 0.99, "{triangle:?}");

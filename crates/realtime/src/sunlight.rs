@@ -2,8 +2,8 @@
 //!
 //! The map covers a box that contains the mesh's bounding box and has one axis towards the sun. shadow.wgsl draws the
 //! map, and point.wgsl reads it to decide whether the sun is visible. The map is drawn again only when the sun has
-//! moved: the renderer calls [`Sunlight::begin_drawing`], draws into [`Sunlight::view`], and calls [`Sunlight::copy`]
-//! and [`Sunlight::end_drawing`].
+//! moved. The renderer calls [`Sunlight::begin_drawing`]. If the result is true, it draws into [`Sunlight::view`] and
+//! calls [`Sunlight::copy`] and [`Sunlight::end_drawing`].
 
 use super::layout::SunlightUniform;
 use super::target::DEPTH_FORMAT;
@@ -41,7 +41,7 @@ pub(super) struct Sunlight {
 
 impl Sunlight {
     /// An empty map of `side`² texels for a mesh whose bounding box has the corners `low` and `high` in cm. `side` is a
-    /// multiple of 64, because copied rows must have multiples of 256 bytes.
+    /// multiple of 64 (scene.rs), because copied rows must have multiples of 256 bytes.
     pub(crate) fn new(gpu: &Gpu, (low, high): (DVec3, DVec3), side: u32) -> Result<Self, GpuError> {
         let map = gpu.device().create_texture(&wgpu::TextureDescriptor {
             label: Some("sunlight"),
@@ -65,7 +65,8 @@ impl Sunlight {
     }
 
     /// Prepares the uniform for the direction `to_sun`, a unit vector. Returns whether the map must be drawn: false if
-    /// it is complete for this direction. A map that must be drawn counts as incomplete from now on.
+    /// it is complete for this direction. A map that must be drawn counts as incomplete until
+    /// [`Sunlight::end_drawing`], so that it is drawn again after an error.
     pub(crate) fn begin_drawing(&self, gpu: &Gpu, to_sun: [f64; 3]) -> bool {
         let mut drawn_for = self.lock();
         if *drawn_for == Some(to_sun) {

@@ -8,9 +8,10 @@ use bytemuck::{Pod, Zeroable};
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct ListLengths {
-    /// Number of queries (layout.rs) that the method answers.
+    /// Number of queries (layout.rs) of sunlit skin, the surface of the mesh, whose reflectance the method computes.
     pub chosen: u32,
-    /// Number of pixels that need a ray through the mesh's tree of bounding boxes.
+    /// Number of pixels that need a ray through the mesh's tree of bounding boxes, because rasteriser and depth map do
+    /// not suffice.
     pub rest: u32,
     /// Number of pixels with a triangle of the rasteriser.
     pub skin: u32,
@@ -48,11 +49,11 @@ pub struct Target {
     pub(super) depth: wgpu::TextureView,
     /// A [`Query`] for each pixel.
     pub(super) queries: wgpu::Buffer,
-    /// Indices (u32) of the queries that the method answers.
+    /// Indices (u32) of the queries counted by [`ListLengths::chosen`].
     pub(super) chosen: wgpu::Buffer,
     /// The struct `Lists` of `locate.wgsl`.
     pub(super) lists: wgpu::Buffer,
-    /// The method's answer at each pixel, valid at those of `chosen`: a `vec4<f32>` with an unused fourth component.
+    /// The reflectance at each pixel, valid at those of `chosen`: a `vec4<f32>` with an unused fourth component.
     pub(super) reflectances: wgpu::Buffer,
     /// See [`Target::picture`].
     picture: wgpu::Buffer,

@@ -43,7 +43,7 @@ pub(super) fn tree(mesh: &Mesh) -> Vec<Node> {
         .collect();
     // The arguments of the closure are the node's box, the index of its first child, the index after its subtree, and
     // the index of its triangle. An inner node has `u32::MAX` there, `TRACE_NONE` in trace.wgsl. A leaf has an empty
-    // box: the inner node before it has the triangle's box.
+    // box. In a mesh of several triangles the crate puts an inner node with the triangle's box before every leaf.
     Bvh::build_par(&mut leaves).flatten_custom(&|bounds, _, next, triangle| Node {
         low: bounds.min.into(),
         triangle,

@@ -126,7 +126,7 @@ fn unit_vector(azimuth_deg: f64, elevation_deg: f64) -> [f64; 3] {
     [cos_a * cos_e, sin_a * cos_e, sin_e]
 }
 
-/// Blending of the diffraction colour with the pigment below the surface. resolve.wgsl has the formulas.
+/// Blending of the diffraction colour with the pigment, the diffuse colour below the surface (formulas: resolve.wgsl).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Blend {
     /// Sum of the diffraction colour and the diffuse pigment. The pigment has the weight `(1 − R(θi))·(1 − R(θo))`, the
@@ -170,8 +170,8 @@ pub struct View {
     pub blend: Blend,
     /// Whether there is a ground: a square in the plane z = 0 with sides of 4 m and the reflectance [`SOIL`].
     pub ground: bool,
-    /// Angle in degrees from the tangent of the mesh along u to the relief's x axis, counter-clockwise seen from
-    /// outside.
+    /// Angle in degrees from the mesh's tangent along its texture coordinate u to the relief's x axis,
+    /// counter-clockwise seen from outside.
     pub rotation_deg: f64,
     /// Number of samples along each side of a pixel, 1 to 64. Their rays pass through the centres of equal cells of the
     /// pixel. The pixel is the mean of their radiances.
@@ -223,7 +223,7 @@ impl View {
 
     /// The uniform struct of one sample of a picture with this width and height in pixels. `sample` counts the samples
     /// of a pixel from 0 to `samples() − 1`, by rows from the upper left one. `film_eta` is the refractive index of a
-    /// mesh that is a film, or 0.
+    /// mesh that is a transparent film, and 0 for an opaque mesh.
     ///
     /// # Errors
     /// The errors of [`View::check`].

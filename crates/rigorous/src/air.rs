@@ -104,6 +104,7 @@ impl<'a> Air<'a> {
         let period = mesh.profile().period_um();
         let waves = Waves::propagating(period, t, b);
         let (alpha, beta) = (&waves.alpha, &waves.beta);
+        // The nodes that carry the unknown fields. The finer ones serve the lower medium.
         let nodes = &mesh.coarse;
         // The stride 1 makes every node a target. `outgoing(κ²)` is κ, imaginary for a negative κ².
         let layers = layer_matrices(nodes, 1, outgoing(kappa_squared.into()), b)?;
@@ -176,7 +177,8 @@ impl<'a> Air<'a> {
         }
     }
 
-    /// [`Air::solve`] with the response of a metal from a table for the same discretisation.
+    /// [`Air::solve`] with the response of a metal from a table for the same discretisation. The caller ensures that
+    /// ky²/k² is within [`KY_SQUARED_RANGE`](crate::KY_SQUARED_RANGE); the table extrapolates beyond it.
     ///
     /// # Errors
     /// Solutions that are not finite.

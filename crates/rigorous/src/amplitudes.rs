@@ -34,7 +34,7 @@ pub struct Amplitudes {
     waves: Waves,
     /// Jones matrices at index `out · count + in`: `out` and `in` are positions in `waves`, which has `count` orders.
     jones: Vec<Jones>,
-    /// Fractions of the incident power that cross into the lower medium: `[incident order][incident state]`.
+    /// Fractions of the incident power that cross into the lower medium, `[position in waves][incident state]`.
     absorbed: Vec<[f64; 2]>,
 }
 

@@ -94,7 +94,7 @@ fn orders_on(scattering: &Scattering, side: Side, incident: Channel, wave_number
     let orders = scattering.orders(side).iter().zip(waves);
     orders
         .map(|(&index, (alpha, beta))| {
-            // `y` is a component of the direction of travel. `wi` points the other way.
+            // `y` has the sign of ky, but `flipped` takes the y of a direction towards the light, which has the other.
             let jones = flipped(scattering.jones(Channel { side, order: index }, incident), -y);
             let z = if side == Side::Above { beta / wave_number } else { -beta / wave_number };
             Order { index, direction: [alpha / wave_number, y, z], jones }

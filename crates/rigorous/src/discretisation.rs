@@ -263,7 +263,8 @@ mod tests {
         let derivative = mesh.derivative(bloch);
         let field = |x: f64| Complex64::cis((2.0 + bloch) * x);
         for (i, &x) in mesh.coarse.x.iter().enumerate() {
-            let sum: Complex64 = mesh.coarse.x.iter().enumerate().map(|(j, &y)| derivative[(i, j)] * field(y)).sum();
+            let sources = mesh.coarse.x.iter().enumerate();
+            let sum: Complex64 = sources.map(|(j, &source)| derivative[(i, j)] * field(source)).sum();
             assert!((sum - Complex64::I * (2.0 + bloch) * field(x)).norm() < ROUNDING);
         }
     }

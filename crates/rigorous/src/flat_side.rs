@@ -26,7 +26,7 @@ use num_complex::Complex64;
 
 /// Jones matrix of the flat side, `[state in the air][state in the medium]`, for a wave with the tangential wave vector
 /// (`k_x`, `k_y`) over k, in a medium of index `eta`. `normals` are c1 and cn. `is_downwards` tells the direction of
-/// the light; upwards, the matrix of the passage is the transpose.
+/// the light. The layout is the same for both: light that goes up, from the air, is multiplied by the transpose.
 pub(crate) fn passage(eta: f64, k_x: f64, k_y: Complex64, [c1, cn]: [f64; 2], is_downwards: bool) -> Jones {
     let eps = eta * eta;
     // The wave vectors over k have the z components −sign·c1 and −sign·cn.

@@ -11,7 +11,7 @@ use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// Number of coarse nodes on either side of the nearest one from which a value is interpolated. Larger values take more
-/// time; smaller ones raise the error of interpolation, which is far below that of Nyström's quadrature.
+/// time; smaller ones raise the error of interpolation, which is far below that of the quadrature (`layers.rs`).
 const REACH: usize = 8;
 /// Number of coarse nodes from which a value is interpolated.
 pub(crate) const WIDTH: usize = 2 * REACH + 1;
@@ -89,7 +89,8 @@ mod tests {
             let sum: Complex64 = (0..n).map(|j| interpolation[(i, j)] * wave((j as f64 + 0.5) / n as f64)).sum();
             let exact = wave((i as f64 + 0.5) / (n * factor) as f64);
             // The remainder of the Lagrange polynomial, at most (8!)²/17! times the 17th power of the phase between
-            // nodes, is 6e-12: the wave has 2.3 periods on 32 nodes. The smallest weight exceeds 1e-6.
+            // nodes, is 6e-12: the wave has 2.3 periods on 32 nodes. The smallest weight exceeds 1e-6, so the bound
+            // also detects a missing weight.
             assert!((sum - exact).norm() < 1e-9, "{i}: {sum}, not {exact}");
         }
     }

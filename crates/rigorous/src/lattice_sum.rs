@@ -245,7 +245,8 @@ fn transform(values: &[Vec<Complex64>]) -> Vec<Vec<Complex64>> {
 
 /// Largest magnitudes of the last two coefficients in x, and of the last one in z, relative to the largest coefficient.
 ///
-/// Two are needed in x, because every other one vanishes where F is even or odd in x. `series` has at least two rows.
+/// Two are needed in x, because every other one vanishes where F is even or odd in x. `series` has at least two rows,
+/// since `nodes_needed` returns more than two.
 fn tails(series: &[Vec<Complex64>]) -> (f64, f64) {
     let largest = |values: &mut dyn Iterator<Item = &Complex64>| values.map(|c| c.norm()).fold(0.0, f64::max);
     let all = largest(&mut series.iter().flatten()).max(f64::MIN_POSITIVE);
@@ -400,14 +401,15 @@ mod tests {
         let (xs, zs) = ([0.0, 0.3, -0.64, 0.11], [0.0, -0.5, 0.21, 0.4]);
         for ((x, z), [field, along_x, along_z]) in xs.iter().zip(zs).zip(sum.at(&xs, &zs)) {
             let mut direct = [Complex64::ZERO; 3];
-            for m in (-60..=60).filter(|&m| m != 0) {
-                let (dx, phase) = (x - f64::from(m) * period, Complex64::cis(TAU * bloch * f64::from(m)));
+            for p in (-60..=60).filter(|&p| p != 0) {
+                let (dx, phase) = (x - f64::from(p) * period, Complex64::cis(TAU * bloch * f64::from(p)));
                 let r = dx.hypot(z);
-                let h = complex_bessel::hankel1_seq(0.0, k * r, 2, complex_bessel::Scaling::Unscaled).unwrap().values;
+                let hankel =
+                    complex_bessel::hankel1_seq(0.0, k * r, 2, complex_bessel::Scaling::Unscaled).unwrap().values;
                 let quarter = Complex64::new(0.0, 0.25) * phase;
-                direct[0] += quarter * h[0];
-                direct[1] -= quarter * k * h[1] * dx / r;
-                direct[2] -= quarter * k * h[1] * z / r;
+                direct[0] += quarter * hankel[0];
+                direct[1] -= quarter * k * hankel[1] * dx / r;
+                direct[2] -= quarter * k * hankel[1] * z / r;
             }
             // Truncation of the polynomials, and of their derivatives.
             assert!((field - direct[0]).norm() < 1e-8, "{field} {}", direct[0]);

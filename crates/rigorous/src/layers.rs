@@ -166,7 +166,8 @@ impl Assembly<'_> {
         into.double[(row, target)] += self.nodes.corner_defect(target);
     }
 
-    /// Bloch phase factor e^{2πib·periods}, for at most `image_count` + 1 periods in either direction.
+    /// Bloch phase factor e^{2πib·periods}, for at most `image_count` + 1 periods in either direction: the index of an
+    /// image, or the −1, 0 or 1 periods of the nearest image.
     fn phase(&self, periods: i32) -> Complex64 {
         self.phases[(periods + self.image_count + 1) as usize]
     }

@@ -31,8 +31,8 @@ pub(crate) const HEIGHT_WAVES_MAX: f64 = 62.0;
 /// Checks that a profile on a medium, below air, can be solved at a wavelength (nm), and returns the estimated cost.
 /// Nothing is solved.
 ///
-/// `along` is |ky|/k, 0 to 1, which is not checked. For light in air it is the magnitude of the direction's component
-/// along the grooves. 0, the strictest value, covers every direction.
+/// `along` is |ky|/k. The caller keeps it within 0 to 1. For light in air it is the magnitude of the direction's
+/// component along the grooves. 0, the strictest value, covers every direction.
 ///
 /// ```
 /// use sunbeam_rigorous::{Medium, Profile, check_size};
@@ -49,7 +49,7 @@ pub(crate) const HEIGHT_WAVES_MAX: f64 = 62.0;
 pub fn check_size(profile: &Profile, medium: &Medium, wavelength_nm: f64, along: f64) -> Result<Estimate, Error> {
     // Wave number in air, in rad/µm.
     let k = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
-    // Name and permittivity of each medium that waves enter.
+    // Name and permittivity of each medium that waves enter, which a perfect conductor is not.
     let mut media = vec![("air", Complex64::ONE)];
     if let Medium::Index(index) = *medium {
         media.push(("the medium below", index * index));

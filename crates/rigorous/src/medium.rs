@@ -15,7 +15,7 @@ pub enum Medium {
     /// A perfect conductor.
     Perfect,
     /// A metal or dielectric of refractive index `eta + i·k`, k ≥ 0, for fields that vary in time as e^{−iωt}.
-    /// [`Medium::index`] checks the range; the variant does not.
+    /// [`Medium::index`] checks the range. For a variant made without it, solutions may be wrong or not finite.
     Index(Complex64),
 }
 

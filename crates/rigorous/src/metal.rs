@@ -154,8 +154,8 @@ impl<'a> MetalTable<'a> {
         self.wave_number
     }
 
-    /// [`response`], interpolated at a squared wave number along y ((rad/µm)², within [`KY_SQUARED_RANGE`] times k²)
-    /// and a Bloch phase (turns).
+    /// [`response`], interpolated at a squared wave number along y in (rad/µm)² and a Bloch phase in turns. The former
+    /// is within [`KY_SQUARED_RANGE`] times k², which is not checked: polynomials extrapolate poorly.
     pub(crate) fn at(&self, ky_squared: f64, bloch: f64) -> Matrix {
         let n = self.mesh.nodes();
         let ky_weights: Vec<f64> =

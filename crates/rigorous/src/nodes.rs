@@ -208,13 +208,13 @@ impl Nodes {
         x -= self.period * f64::from(periods);
         let mut on_one_line = false;
         if let (Some(on_target), Some(on_source)) = (self.on_edge.get(target), self.on_edge.get(source)) {
-            let [a, b] = [on_target, on_source].map(|on| on.nearer_corner(self.edge_count));
-            let [dx, dz] = [0, 1].map(|j| a.offset[j] - b.offset[j]);
+            let [by_target, by_source] = [on_target, on_source].map(|on| on.nearer_corner(self.edge_count));
+            let [dx, dz] = [0, 1].map(|j| by_target.offset[j] - by_source.offset[j]);
             // Offsets from a common corner keep the digits that positions lose. The source moves by the periods between
             // the corner beside it and the same corner beside the target. If the nodes are more than half a period
             // apart along x, another image is nearer, and the difference of positions is kept.
-            if a.index == b.index && dx.abs() < half_period {
-                (x, z, periods) = (dx, dz, a.period - b.period);
+            if by_target.index == by_source.index && dx.abs() < half_period {
+                (x, z, periods) = (dx, dz, by_target.period - by_source.period);
             }
             on_one_line = on_target.straight && on_target.edge == on_source.edge && periods == 0;
         }

@@ -134,7 +134,7 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
     check_size(profile, medium, wavelength_nm, wi[1].abs().min(1.0))?;
     let resolution = Resolution::new(profile, medium, wavelength_nm)?;
     let (forward, nodes, [balance_error, reciprocity_error]) = on_sufficient_nodes(profile, resolution, |mesh| {
-        // Reciprocity relates the amplitudes at b to those at −b.
+        // The amplitudes at −b, those of the reversed paths, serve the check of reciprocity alone.
         let forward = mesh.air(t, b)?.solve(medium, wavelength_nm)?;
         let reversed = mesh.air(t, -b)?.solve(medium, wavelength_nm)?;
         let errors = [forward.balance_error(), forward.reciprocity_error(&reversed)];

@@ -303,8 +303,8 @@ impl Scattering {
 
     /// Mean over both states of incident light of the power in a Jones matrix.
     ///
-    /// Elements between Ey and Hy are odd in ky. The continuation of their squared magnitudes to imaginary ky is
-    /// negative.
+    /// Elements between Ey and Hy are odd in ky, so their squared magnitudes have the factor ky². In the continuation
+    /// it is negative.
     fn unpolarised_power(&self, jones: Jones) -> f64 {
         let sign = if self.ky_over_k.im == 0.0 { 1.0 } else { -1.0 };
         let [[ee, eh], [he, hh]] = jones.map(|row| row.map(|element| element.norm_sqr()));
@@ -390,8 +390,8 @@ fn transposed(jones: Jones) -> Jones {
 fn jones_matrices(above: &Waves, below: &Waves, continuity: &Continuity, out: [&[Matrix; 2]; 2]) -> Vec<Jones> {
     let (n_above, count) = (above.orders.len(), above.orders.len() + below.orders.len());
     // Power of a wave of amplitude 1, times κ²: βm in the air; in the medium βm·n²κ²/κm² for Ey and βm·κ²/κm² for Hy.
-    // `continuity.weights` has these ratios. Where κ² is negative, no orders propagate in the air. The magnitude then
-    // keeps the ratios of powers between orders in the medium.
+    // `continuity.weights` has the factors n²κ²/κm² and κ²/κm². Where κ² is negative, so are they, but no order
+    // propagates in the air: all channels are in the medium, and their ratios of powers are those of the magnitudes.
     let power = |position: usize, state: usize| match position.checked_sub(n_above) {
         None => above.beta[position],
         Some(position) => below.beta[position] * continuity.weights[state].norm(),

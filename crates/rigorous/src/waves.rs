@@ -1,14 +1,15 @@
 //! The propagating orders of one medium.
 //!
-//! Symbols (`lib.rs`): m is the index of an order, d the period, b the Bloch phase in turns, and κ the wave number in
-//! the medium across the grooves. t = κd/2π is the period in wavelengths 2π/κ. Order m has the wave numbers
-//! αm = 2π(b + m)/d along x, across the grooves, and βm = √(κ² − αm²) along z, upwards.
+//! Symbols (`lib.rs`): x is across the grooves, y along them, z upwards. m is the index of an order, d the period, and
+//! b the Bloch phase from one period to the next in turns. κ is the length of the wave vector's part in the xz plane,
+//! and t = κd/2π the period in wavelengths 2π/κ. Order m has the wave numbers αm = 2π(b + m)/d along x and
+//! βm = √(κ² − αm²) along z.
 
 use std::f64::consts::TAU;
 
-/// Smallest distance of t from the cut-off of an order (βm = 0), where the lattice sum has a pole.
+/// Smallest distance of t from the cut-off of an order (βm = 0), where the solver's sum over periods has a pole.
 ///
-/// Amplitudes vary as the square root of the distance, so moving t by up to twice this distance changes them by about
+/// Amplitudes vary as the square root of the distance, so moving t by twice this distance changes them by up to about
 /// 1e-5. Larger values change amplitudes more; smaller ones approach the pole to within rounding.
 const CUTOFF_DISTANCE: f64 = 1e-11;
 
@@ -28,6 +29,7 @@ impl Waves {
     pub(crate) fn propagating(period: f64, t: f64, b: f64) -> Self {
         // αm in units of 2π/d, with the period d.
         let turns = |m: i32| b + f64::from(m);
+        // The filter leaves out orders at the cut-off, and those that rounding of the bounds adds.
         let orders: Vec<i32> =
             ((-t - b).ceil() as i32..=(t - b).floor() as i32).filter(|&m| turns(m).abs() < t).collect();
         let grating_wave_number = TAU / period;

@@ -282,7 +282,7 @@ fn colours_match_the_sum_over_wavelengths() {
 /// Mean of the weights of `count` samples and its standard error, for each channel of linear sRGB.
 pub(in crate::grating) fn mean_weights(surface: &GratingColourSurface, wi: Vec3, count: u32) -> [[f64; 2]; 3] {
     let lobe = surface.lobe::<f64>();
-    // The mask of active lanes: `f64` has one.
+    // Masks the lanes of a SIMD vector; a plain number has a single lane.
     let active = true;
     let mut random = Pcg64Mcg::seed_from_u64(3);
     let mut sums = [[0.0; 2]; 3];

@@ -6,8 +6,8 @@
 //! the probability with which the sample is drawn.
 //!
 //! ```text
-//! T[y][x][b] = Σ counts in band b of all blocks in columns before x and rows before y      table of sums
-//! counts(rectangle) = T[top][right] − T[top][left] − T[bottom][right] + T[bottom][left]     left < right, bottom < top
+//! T[y][x][b] = Σ counts in band b of all blocks in block columns before x, block rows before y    table of sums
+//! counts(rectangle) = T[top][right] − T[top][left] − T[bottom][right] + T[bottom][left]     left ≤ right, bottom ≤ top
 //! ```
 //!
 //! To save memory, sums are stored for blocks of 4 × 4 nodes, and rectangles consist of whole blocks. A sample is drawn
@@ -21,8 +21,8 @@ use serde::{Deserialize, Serialize};
 pub use view::{Drawn, Rectangle, SummedAreaView};
 
 /// Masses per node: bands of the phase rate κ in the sampler of one wavelength, slices of w = cosθi + cosθo in the
-/// sampler of colours. Counts have 16 bits, so the four counts of a node fill two words. The four sums at a block's
-/// corner fill one packet.
+/// sampler of colours. Four, since the encoded counts of a node then fill two words of 32 bits, and the four sums at a
+/// block's corner one packet.
 pub const BANDS: usize = 4;
 /// Nodes of a block along either axis, a power of two. Chosen: larger blocks need less memory for the sums, but widen
 /// rectangles more, so more samples fall outside the wanted range.
@@ -84,8 +84,8 @@ impl SummedArea {
     /// Rounds `masses`, `[node along y][node along x][band]`, to counts and sums them. `nodes` are the numbers of nodes
     /// along x and y.
     ///
-    /// Masses are finite, one for each node. A positive mass becomes at least one count; a negative one or NaN becomes
-    /// none.
+    /// There is one mass for each node and band, and none is infinite. A positive mass becomes at least one count; a
+    /// negative one or NaN becomes none.
     pub fn new(nodes: [usize; 2], masses: &[[f32; BANDS]]) -> Self {
         let blocks = nodes.map(|n| n.div_ceil(BLOCK));
         // Each positive mass may gain a count by rounding up.

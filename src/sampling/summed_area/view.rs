@@ -98,8 +98,8 @@ impl<N: Numbers> SummedAreaView<N> {
         self.weighted(&taps[0], &taps[1], rectangle, active)
     }
 
-    /// Weighted sum of counts in each band over the nodes of all columns and rows given. Each column and row is a
-    /// whole number of nodes with a weight; a node's weight is the product of the weights of its column and its row.
+    /// Weighted sum of counts in each band over the nodes of all columns and rows given. Each column and row is a pair:
+    /// its number, a whole one, and its weight. A node's weight is the product of those of its column and its row.
     /// Nodes outside the rectangle count as zero.
     #[inline(always)]
     pub fn weighted(
@@ -131,7 +131,7 @@ impl<N: Numbers> SummedAreaView<N> {
     }
 
     /// Draws a node of a rectangle with probability proportional to its count in one band, from two random numbers in
-    /// [0, 1). The rectangle's count in the band must be positive where the mask is true; elsewhere the result is
+    /// [0, 1). Callers activate only lanes where the rectangle's count in the band is positive; the result in others is
     /// arbitrary.
     #[inline(always)]
     pub fn choose(&self, rectangle: &Rectangle<N>, band: N::Index, u: [N::Real; 2], active: N::Mask) -> Drawn<N> {
@@ -190,6 +190,7 @@ fn scaled<N: Numbers>(total: N::Index, u: N::Real) -> (N::Index, N::Real) {
 }
 
 /// Random number in [0, 1) from the position `whole + fraction` among `count` counts, the inverse of [`scaled`].
+/// [`BELOW_ONE`] is the largest number of single precision below 1.
 #[inline(always)]
 fn rescaled<N: Numbers>(whole: N::Index, fraction: N::Real, count: N::Index) -> N::Real {
     let count = N::real(count.max(N::Index::lit(1)));

@@ -41,7 +41,7 @@ fn pair(body: TransparentBody, wi: Vec3, wo: Vec3) -> TransparentPair<Double> {
 
 #[test]
 fn reflection_on_either_side_has_the_small_slope_factor() {
-    // Rounding: the small-slope factor takes its azimuth from the half vector, which cancels at grazing angles.
+    // Rounding: the small-slope factor takes its azimuth from |wi + wo|², where digits cancel at grazing angles.
     const ROUNDING: f64 = 1e-8;
     let mut random = Random::new(3);
     for eta in ETAS {
@@ -96,9 +96,9 @@ fn a_flat_film_transmits_what_neither_side_reflects() {
 
 /// Transmitted powers are those of a shallow relief to first order in its height h, at any azimuth.
 ///
-/// With the wave number k and an amplitude A of [`first_order`], the power in a state is `(kh)²·|A|²·cn/c1`. c1 and cn
-/// are the normal components of the wave vectors over k, in the air and in the medium, and w is their difference. The
-/// factor is this power over that of the phase screen's order, `(wkh)²`.
+/// Wave vectors are in units of the wave number in air, and h in its inverse. With an amplitude A of [`first_order`],
+/// the power in a state is `h²·|A|²·cn/c1`. c1 and cn are the normal components of the wave vectors in the air and in
+/// the medium, and w is their difference. The factor is this power over that of the phase screen's order, `(wh)²`.
 #[test]
 fn transmitted_powers_are_the_first_order_of_a_shallow_relief() {
     // Rounding of the solved system.

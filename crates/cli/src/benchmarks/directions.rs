@@ -42,7 +42,7 @@ impl DirectionPair {
         [self.wi, self.wo].map(single)
     }
 
-    /// `wi + wo` in single precision.
+    /// `wi + wo` rounded to single precision, the sum from which methods in single precision compute.
     pub(crate) fn sum(&self) -> [f32; 3] {
         std::array::from_fn(|c| (self.wi[c] + self.wo[c]) as f32)
     }
@@ -81,8 +81,8 @@ fn uniform(i: usize) -> Vec3 {
     [sin_theta * phi.cos(), sin_theta * phi.sin(), cos_theta]
 }
 
-/// A direction drawn by the sampler for a random wavelength. It is the normal if [`DRAWS_MAX`] draws in a row end below
-/// [`COSINE_MIN`].
+/// A direction drawn by the sampler, each draw for another random wavelength. It is the normal if [`DRAWS_MAX`] draws
+/// in a row end below [`COSINE_MIN`].
 fn sampled(surface: &Surface, wi: Vec3, random: &mut Random) -> Vec3 {
     (0..DRAWS_MAX)
         .find_map(|_| {

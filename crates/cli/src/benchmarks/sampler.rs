@@ -18,7 +18,8 @@ pub const PHIS_DEG: [f64; 3] = [0.0, 25.0, 90.0];
 /// Wavelengths in nm: blue, green and red.
 pub const WAVELENGTHS_NM: [f64; 3] = [450.0, 530.0, 650.0];
 
-/// Statistics of the weight at one direction of incidence and one wavelength, without the Fresnel factor.
+/// Statistics of the weight at one direction of incidence and one wavelength. `f_r` is that of [`Surface::eval`], which
+/// has a Fresnel factor only for bodies that transmit.
 ///
 /// A sample below the horizon is lost and has the weight 0. Ratios to the mean are 0 if the mean is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -118,8 +118,8 @@ impl Orders {
     ///
     /// `position` is f in orders along x and y. `amplitudes` are the c_j of all orders at the node's κ, row-major, with
     /// order 0 first and negative orders last along each axis. `polynomial` returns the value of the node's Lagrange
-    /// polynomial at the pair's κ. It is called only if there are orders around f. `gaussians` is scratch memory for x
-    /// and y.
+    /// polynomial at the pair's κ. It is called only if there are orders around f, to save time. `gaussians` is scratch
+    /// memory for x and y.
     fn add(
         &self,
         position: [f64; 2],

@@ -10,8 +10,8 @@ pub(crate) enum CompareError {
     #[error("the {what} has {} x {} pixels, but the first picture has {} x {}; both must have the same size",
         found.0, found.1, expected.0, expected.1)]
     Size { what: &'static str, expected: (usize, usize), found: (usize, usize) },
-    /// A picture without pixels, with more than FLIP can index (`PIXELS_MAX` in picture.rs), or with a number of values
-    /// that differs from its size.
+    /// A picture without pixels, with more than FLIP can index (`PIXELS_MAX` in picture.rs), or a picture or mask whose
+    /// `found` pixels do not fill its size.
     #[error(
         "a picture of {} x {} pixels with {found} values cannot be compared; it must have 1 to 2^28 pixels and a value \
          for each",

@@ -51,6 +51,7 @@ impl Mask {
     /// Reads an OpenEXR file of any channels; the channel `A` is ignored.
     fn read_exr(path: &Path) -> Result<Self, CompareError> {
         let (size, channels) = exr_channels(path)?;
+        // `exr_channels` refuses sizes whose product would overflow.
         let mut inside = vec![false; size.0 * size.1];
         for (_, values) in channels.iter().filter(|(name, _)| name != "A") {
             for (inside, value) in inside.iter_mut().zip(values) {

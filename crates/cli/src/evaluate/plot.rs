@@ -74,7 +74,7 @@ fn ends(values: &[f64]) -> (f64, f64) {
     }
 }
 
-/// Indices of the `i`-th part of `count` values in `parts` parts, whose sizes differ by at most 1.
+/// Indices of the `i`-th part of `count` values in `parts` parts, at most `count`. Their sizes differ by at most 1.
 fn part(i: usize, parts: usize, count: usize) -> std::ops::Range<usize> {
     i * count / parts..(i + 1) * count / parts
 }

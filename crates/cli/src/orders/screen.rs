@@ -42,8 +42,8 @@ impl Screen {
     pub(super) fn orders(&self, wi: Vec3, index: f64) -> impl Iterator<Item = (i32, [f64; 2])> {
         let (step, bins) = (self.step, self.bins);
         let (first, last) = (((wi[0] - index) / step).ceil() as i32, ((wi[0] + index) / step).floor() as i32);
-        // A row of `bins` pixels resolves |m| < bins/2, and a single pixel order 0.
-        let is_resolved = move |m: &i32| 2 * m.abs() < bins.max(2);
+        // A row of `bins` pixels, at least one, resolves |m| < bins/2.
+        let is_resolved = move |m: &i32| 2 * m.abs() < bins;
         (first..=last).filter(is_resolved).map(move |m| (m, [f64::from(m) * step - wi[0], -wi[1]]))
     }
 

@@ -44,8 +44,8 @@ pub(super) struct SolvedOrders {
     pub(super) wi: Vec3,
     /// The orders that propagate: those above the relief by ascending number, then those below.
     pub(super) orders: Vec<Order>,
-    /// Fractions of the TE and of the TM light that are in none of the orders. The material takes them up, or the flat
-    /// side of a film reflects them. `None` by the scalar theory.
+    /// Fractions of the TE and of the TM light that are in none of the orders. The material absorbs or, if it is clear,
+    /// transmits them; or the flat side of a film reflects them. `None` by the scalar theory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) absorbed: Option<[f64; 2]>,
     /// Largest deviation from 1 of the sum of all fractions, for light from the direction of any order; `None` by the

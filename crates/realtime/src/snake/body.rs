@@ -125,8 +125,8 @@ fn heading(options: &SnakeOptions, u: f64) -> DVec3 {
     DVec3::new(turn.cos(), turn.sin(), slope).normalize()
 }
 
-/// The [`STEPS`] + 1 stations at equal steps of u. Simpson's rule integrates the direction. The mean of the centres
-/// lies over the origin.
+/// The [`STEPS`] + 1 stations at equal steps of u. Simpson's rule integrates the direction. The stations are shifted
+/// along x and y, so that the mean of their centres lies over the origin.
 fn stations(options: &SnakeOptions) -> Vec<Station> {
     let step_cm = options.length_cm / STEPS as f64;
     // At the head, the belly touches the ground, z = 0.

@@ -8,7 +8,7 @@ use thiserror::Error;
 /// ones.
 #[derive(Debug, Error)]
 pub enum SnakeError {
-    /// A count out of range.
+    /// A whole number out of range.
     #[error("{field} is {found}; it must be between {least} and {most}")]
     Count {
         /// Name of the option or parameter.

@@ -5,7 +5,8 @@
 //! tail, j around it in the direction of v. If i + j is even, the point is the centre of a scale; "scale (i, j)" is the
 //! scale with this centre. If i + j is odd, the point is a *node*. At a node four scales meet. The tip of the scale
 //! towards the head lies between the flanks of its two neighbours, over the root of the scale towards the tail. A *row*
-//! is a line of equal i or of equal j.
+//! is a line of equal i or of equal j. The skin, called *sheet*, extends over i from 0 to `rows_along` and j from 0 to
+//! `rows_around`.
 //!
 //! ```text
 //!             right flank (i, j + 1)
@@ -46,7 +47,7 @@ const WALL_WIDTH_MAX: f64 = 0.012;
 /// Number of rows of random traits beyond each side of the sheet. Meshes depend on this number: it determines which
 /// random numbers a scale gets.
 const TRAITS_MARGIN: i64 = 2;
-/// Number of rows of scales beyond each side of the sheet whose corners are stored, because points near the rim need
+/// Number of rows of scales beyond each side of the sheet whose corners are stored, because points near its sides need
 /// them. Corners of scales farther away are computed each time. A larger number takes more memory.
 const CORNERS_MARGIN: i64 = 3;
 

@@ -159,9 +159,9 @@ impl Builder {
             // comes first, so that both strips face outwards.
             let left = |t: usize| [self.vertex_index((i, j), n, t), self.vertex_index((i + 1, j - 1), 0, t)];
             let right = |t: usize| [self.vertex_index((i + 1, j + 1), t, 0), self.vertex_index((i, j), t, n)];
-            for [near, far] in [[left(t), left(t + 1)], [right(t), right(t + 1)]] {
+            for [pair, next_pair] in [[left(t), left(t + 1)], [right(t), right(t + 1)]] {
                 // `None` if a corner lies beyond the sheet.
-                let corners: Option<Vec<u32>> = [near[0], near[1], far[1], far[0]].into_iter().collect();
+                let corners: Option<Vec<u32>> = [pair[0], pair[1], next_pair[1], next_pair[0]].into_iter().collect();
                 if let Some(mut corners) = corners {
                     // At the flank, where `t` is 0, edge and foot have one vertex, so a triangle remains.
                     corners.dedup();

@@ -98,8 +98,8 @@ impl SnakeOptions {
         // largest derivative by the length is the largest curvature, 2π·bend/length. The lower bound avoids a division
         // by zero.
         let bend_radius_cm = self.length_cm / (self.bend_rad * std::f64::consts::TAU).max(1e-9);
-        // At the half width itself, the inner side of the bend would shrink to a line. The factor 1.3 leaves room for
-        // the scales there.
+        // At the half width itself, the inner side of the bend would shrink to a line. The factor 1.3, chosen,
+        // leaves room for the scales there.
         let least_cm = 1.3 * self.radius_cm;
         if bend_radius_cm < least_cm {
             return Err(SnakeError::Bend { radius_cm: bend_radius_cm, least_cm });

@@ -74,9 +74,9 @@ impl<'a> Patch<'a> {
 /// The sides of the grid: two from the root to the flanks, and the two free edges.
 #[derive(Clone, Copy)]
 enum Edge {
-    /// From the root to the left flank (`y` = 0): the foot of scale (i − 1, j − 1), which lies above it.
+    /// From the root to the left flank (`y` = 0): the foot of scale (i − 1, j − 1), whose right free edge lies over it.
     RootLeft,
-    /// From the root to the right flank (`x` = 0): the foot of scale (i − 1, j + 1), which lies above it.
+    /// From the root to the right flank (`x` = 0): the foot of scale (i − 1, j + 1), whose left free edge lies over it.
     RootRight,
     /// From the left flank to the tip (`x` = 1).
     FreeLeft,

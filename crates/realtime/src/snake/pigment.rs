@@ -68,7 +68,8 @@ fn reflectance(spot: &Spot, v: f64) -> [f64; 3] {
     let rim = smoothstep(spot.edge, 0.72, 0.28) * rim_weight_max;
     // Weight of the flank's colour: 0 on the back, 1 at the edges of the sheet.
     let flank = smoothstep((v - 0.5).abs(), 0.30, 0.20);
-    // The keel, the ridge along the scale's axis, is darker by up to a quarter. `across` is ±1 at the scale's sides.
+    // The keel, the ridge along the scale's axis, is darker by a quarter on the axis, and by 1/e of that at |across| =
+    // 0.15. `across` is ±1 at the scale's sides.
     let keel = 1.0 - 0.25 * (-(spot.across / 0.15).powi(2)).exp();
     // The random lightness of the scale, −1 to 1, changes its reflectance by up to a quarter.
     let shade = keel * (1.0 + 0.25 * spot.shade);

@@ -82,7 +82,7 @@ impl SnakeMesh {
         }
         let faces = Writer::<Face>::new();
         for triangle in &self.triangles {
-            // The largest accepted options have fewer than 1.4·10⁹ vertices, so indices are below 2³¹.
+            // The largest accepted options (options.rs) have fewer than 1.4·10⁹ vertices, so indices are below 2³¹.
             let record = Face(triangle.map(|index| index as i32));
             faces.write_little_endian_element(&mut bytes, &record, &face)?;
         }

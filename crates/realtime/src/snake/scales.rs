@@ -54,7 +54,8 @@ pub(super) struct Spot {
 /// The relief of all scales.
 pub(super) struct Scales {
     pub(super) lattice: Lattice,
-    /// Gauge, in the coordinates of a scale, of the tip of the scale that it overlaps: `gauge(2, 1)`.
+    /// Gauge, in the coordinates of a scale, of the tip of the scale that it overlaps: `gauge(2, 1)`. The
+    /// coordinate x or y is 1 at this gauge.
     gauge_at_next_tip: f64,
     /// Width of a half scale times the options' relief, in cm.
     unit_cm: f64,

@@ -86,17 +86,18 @@ fn the_mesh_is_one_consistently_oriented_sheet() {
     assert!(used.iter().all(|&u| u));
     // Each directed edge once: neighbours agree on the side that is outside.
     assert!(directed.values().all(|&count| count == 1));
+    // End of each edge that only one triangle has, by its start.
     let rim: HashMap<u32, u32> = directed.keys().copied().filter(|&(a, b)| !directed.contains_key(&(b, a))).collect();
     // The sheet is 27 half scales long and 17 wide, so its rim cuts through 17 + 27 scales. It has six edges (twice
     // `half_cells`) along each of these, and one down the wall at each of 27 tips on it.
     assert_eq!(rim.len(), 6 * (17 + 27) + 27);
     let (&start, _) = rim.iter().next().unwrap();
-    let mut around = vec![start];
-    while rim[around.last().unwrap()] != start {
-        around.push(rim[around.last().unwrap()]);
-        assert!(around.len() <= rim.len());
+    let mut rim_loop = vec![start];
+    while rim[rim_loop.last().unwrap()] != start {
+        rim_loop.push(rim[rim_loop.last().unwrap()]);
+        assert!(rim_loop.len() <= rim.len());
     }
-    assert_eq!(around.len(), rim.len(), "the rim is one loop");
+    assert_eq!(rim_loop.len(), rim.len(), "the rim is one loop");
     let edges = (directed.len() + rim.len()) / 2;
     assert_eq!(mesh.positions.len() + mesh.triangles.len() - edges, 1, "Euler characteristic of a disk");
 }

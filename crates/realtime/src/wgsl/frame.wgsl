@@ -29,8 +29,8 @@ struct Frame {
     blend: u32,
     // Position of this sample's ray within its pixel, 0 to 1 from the left and the top; the centre is (0.5, 0.5).
     subpixel: vec2<f32>,
-    // Cosine and sine of the angle from the tangent along u to the grating's x axis, counter-clockwise about the
-    // normal.
+    // Cosine and sine of the angle from the mesh's tangent along its texture coordinate u to the relief's x axis,
+    // counter-clockwise about the normal.
     rotation: vec2<f32>,
     // Diffuse reflectance of the ground, linear sRGB, 0 to 1.
     soil: vec3<f32>,
@@ -46,7 +46,8 @@ struct Frame {
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 
-// Values of `Frame.blend`, which `View::uniform` in view.rs writes as numbers; resolve.wgsl has their formulas.
+// Values of `Frame.blend`, which `View::uniform` in view.rs writes as numbers; resolve.wgsl has their formulas. The
+// pigment is the diffuse colour below the relief.
 //
 // Diffraction, and the pigment in the light that the surface does not reflect.
 const FRAME_PHYSICAL: u32 = 0u;

@@ -85,6 +85,7 @@ fn locate_ground_behind(ray: vec3<f32>) -> vec3<f32> {
     if ground.query.kind != QUERY_GROUND || frame.to_sun.z <= 0.0 {
         return vec3<f32>(0.0);
     }
+    // Sunlit, since a film never hides the sun; `sun` has the fraction that is left.
     ground.query.lit = 1u;
     ground.query.sun = 1.0;
     if point_map_visibility(ground.p, ground.face) != POINT_SUN_VISIBLE {
@@ -233,6 +234,7 @@ fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     // Fraction of the sunlight that passes films on the way to the point.
     var passed = 1.0;
     if visibility == POINT_SUN_UNDECIDED && point_is_film() {
+        // A film weakens sunlight but never hides the sun.
         passed = point_sun_fraction(found);
         visibility = POINT_SUN_VISIBLE;
     } else if visibility == POINT_SUN_UNDECIDED {

@@ -13,14 +13,15 @@
 const OPTICS_ANSWER_RELIEF: u32 = 0u;
 // Value of `Optics.answer_kind` for methods whose answer is f_r itself.
 const OPTICS_ANSWER_REFLECTANCE: u32 = 1u;
-// Value of `Optics.answer_kind` for methods whose answer is the whole scattering function of a film.
+// Value of `Optics.answer_kind` for methods whose answer is the whole scattering function of a film, a transparent
+// sheet with the relief on one side.
 const OPTICS_ANSWER_FILM: u32 = 2u;
 
 // Optical options of the surface; counterpart of `OpticsUniform` in layout.rs.
 struct Optics {
     // Real part of the refractive index eta + i k, relative to the index of the cover.
     eta: f32,
-    // Imaginary part of that index; 0 for a dielectric.
+    // Imaginary part of the index, likewise relative; 0 for a dielectric.
     k: f32,
     // 1: a perfect conductor with R = 1 at every angle; eta and k are not read.
     reflects_all: u32,
@@ -89,7 +90,8 @@ fn optics_interface(optics: Optics, pair: Pair) -> f32 {
     return small_slope(pair, optics.eta, optics.k);
 }
 
-// Factor on the method's answer without the cover's factor: R·O·M or Q·M for the relief's factor, 1 for other answers.
+// Factor on the method's answer without the cover's factor: R·O·M or Q·M for the relief's factor. It is 1 for answers
+// that contain these factors.
 fn optics_factor(optics: Optics, pair: Pair) -> f32 {
     if optics.answer_kind != OPTICS_ANSWER_RELIEF {
         return 1.0;

@@ -174,6 +174,7 @@ fn point_map_visibility(p: vec3<f32>, n: vec3<f32>) -> u32 {
         // misses the mesh there.
         return POINT_SUN_VISIBLE;
     }
+    // Negative on a side that faces away from the sun; the heights below hold there, too.
     let cosine = dot(n, sunlight.to_sun);
     if abs(cosine) < POINT_COSINE_MIN {
         return POINT_SUN_UNDECIDED;
@@ -199,7 +200,7 @@ fn point_map_visibility(p: vec3<f32>, n: vec3<f32>) -> u32 {
     // where there is no mesh, is moved far away from the sun, so that it counts as no occluder. The margin of the box
     // keeps depths of the mesh above 0.
     let towards_sun = select(2.0 * depths - 1.0, vec4<f32>(-1e9), depths == vec4<f32>(0.0));
-    // Heights of the depths above the plane, in widths of a texel.
+    // Heights of the depths above the plane, in widths of a texel along `right`.
     let in_front = ((towards_sun - position.z) * sunlight.half_depth - plane) / texel_step.x;
     if all(in_front <= vec4<f32>(POINT_SURFACE_MAX)) {
         return POINT_SUN_VISIBLE;

@@ -1,12 +1,12 @@
 // Record of one visible surface point; counterpart of `Query` in layout.rs, with the same memory layout.
 //
 // For each sample of the pixels, locate.wgsl writes one query per pixel. shade.wgsl computes the reflectance f_r, the
-// *answer*, from its directions. resolve.wgsl turns the answer into radiance, with the pigment at the texture
-// coordinates, and adds it to the pixel.
+// *answer*, from its directions and stores it in the buffer `reflectances` at the query's index. resolve.wgsl turns the
+// answer into radiance, with the pigment, the diffuse colour at the texture coordinates, and adds it to the pixel.
 //
 // The grating's frame is the shading frame (z is the normal, x the tangent along u), rotated about the normal by the
-// angle of `frame.rotation` (frame.wgsl). Directions at a film may have a z of either sign. Other surfaces are lit only
-// where both z are positive.
+// angle of `frame.rotation` (frame.wgsl). A film is a mesh that is a transparent sheet, lit from both sides: z
+// of its directions may have either sign. Other surfaces are lit only where both z are positive.
 
 // Value of `Query.kind`: the ray of the pixel meets no surface.
 const QUERY_NOTHING: u32 = 0u;

@@ -7,8 +7,8 @@
 //     fixed mix  f = (1 - share)·ρ/π + share·f_r
 //     none       f = f_r
 // R is the Fresnel reflectance, C the factor of a cover, and θ' an angle inside the cover (optics.wgsl). Without a
-// cover, C is 1 and θ' is θ. A film has no pigment: f is its scattering function, for light on either side. Where light
-// arrives through films, E is multiplied by `query.sun`.
+// cover, C is 1 and θ' is θ. A film, a transparent mesh, has no pigment: f is its scattering function, for light on
+// either side. Where light arrives through films, E is multiplied by `query.sun`.
 
 @group(0) @binding(1) var<uniform> optics: Optics;
 @group(0) @binding(2) var<storage, read> queries: array<Query>;
@@ -76,7 +76,7 @@ fn resolve_pigment(uv: vec2<f32>) -> vec3<f32> {
     return frame.pigment_scale * mix(lower, upper, t.y);
 }
 
-// Reflectance f of the skin with its pigment, in 1/sr; `reflectance` is f_r.
+// Reflectance f of the mesh's surface, the skin, with its pigment, in 1/sr; `reflectance` is f_r.
 fn resolve_skin(query: Query, reflectance: vec3<f32>) -> vec3<f32> {
     if frame.blend == FRAME_NONE || optics.answer_kind == OPTICS_ANSWER_FILM {
         return reflectance;

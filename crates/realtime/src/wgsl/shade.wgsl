@@ -65,14 +65,15 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
         answer_parts = range.parts;
         let wi = optics_inside(optics, query.wi);
         let wo = optics_inside(optics, query.wo);
-        // Both factors are 1 for a film. Its pair is not read, and not valid where a direction lies below.
+        // Both factors are 1 for a film, which has no cover and whose answer is complete. Its pair is not read, and not
+        // valid where a direction lies below.
         let factor = optics_cover_factor(optics, query.wi, query.wo) * optics_factor(optics, pair_new(wi, wo));
         reflectance = factor * answer_rgb(wi, wo);
         if loops_are_cut_short() {
             atomicAdd(&cut_short, 1u);
         }
     }
-    // Part 0 replaces the answer of an earlier picture.
+    // Part 0 replaces the answer of an earlier sample.
     if range.part != 0u {
         reflectance += reflectances[index].rgb;
     }

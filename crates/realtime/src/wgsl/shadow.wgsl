@@ -1,4 +1,4 @@
-// Draws the mesh into the sun's depth map (sunlight.wgsl).
+// Draws the mesh (mesh.wgsl) into the sun's depth map (sunlight.wgsl).
 
 @group(0) @binding(0) var<uniform> sunlight: Sunlight;
 

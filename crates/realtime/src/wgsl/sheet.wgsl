@@ -26,9 +26,9 @@ fn sheet_transmittance(eta: f32, cosine: f32) -> f32 {
 }
 
 // Fraction of light that passes the mesh along a ray of unit direction, within the distance `farthest` in cm. The mesh
-// is a film, with the index `frame.film_eta`. The caller has moved the origin off its own surface. The traversal is
-// that of `trace`, but it visits every triangle on the ray. A ray through a common edge, which is rare, is weakened by
-// both triangles.
+// is a film, with the index `frame.film_eta`. A ray from the mesh or the ground begins off that surface
+// (`point_offset`). The traversal of the tree is that of `trace`, but it visits every triangle on the ray. A ray
+// through a common edge, which is rare, is weakened by both triangles.
 fn sheet_passed(origin: vec3<f32>, direction: vec3<f32>, farthest: f32) -> f32 {
     let inverse = trace_inverse(direction);
     let count = arrayLength(&nodes);

@@ -24,7 +24,7 @@
 // to rounding and has no effect.
 const SMALL_SLOPE_SINES_MIN: f32 = 1e-6;
 // Smallest |D|² to divide by, which avoids a division by zero. Chosen so that products of two reciprocals stay finite;
-// a larger bound would change more pairs of directions. |D_s|² exceeds it, since c is at least 1e-7.
+// a larger bound would change more pairs of directions. |D_s|² exceeds it, since c is at least 1e-7 and Re t ≥ 0.
 const SMALL_SLOPE_SQUARED_MODULUS_MIN: f32 = 1e-18;
 
 // Azimuth of a pair of directions, and the product of sines with which it occurs.
@@ -93,7 +93,7 @@ fn small_slope_conductor(pair: Pair) -> f32 {
     let c_product = cosines.x * cosines.y;
     // cosφ - sinθi sinθo. The terms cancel for two grazing directions. Multiplied by sinθi sinθo, the difference is
     // c_i² + c_o² + c_i c_o - c_i² c_o² - |wi + wo|²/2, which does not cancel there. The second form divides by the
-    // product of the sines, so it is used only where the product is large. Chosen: at least half its maximum, 1. With a
+    // product of the sines, so it is used only where the product is large: chosen, at least ½, half its maximum. With a
     // larger bound the first form would cancel more, with a smaller one the division would amplify rounding errors.
     var difference = azimuth.cos_phi - azimuth.sines;
     if azimuth.sines >= 0.5 {

@@ -4,11 +4,11 @@
 // goes on with the next element of the array, which is the node's first child. Otherwise, and after a leaf, it jumps to
 // `next`. So it needs no stack.
 
-// A node of the tree: a leaf with one triangle, or an inner node whose box bounds the nodes of its subtree. Counterpart
-// of `Node` in layout.rs.
+// A node of the tree: a leaf with one triangle, or an inner node whose box bounds the triangles of its subtree.
+// Counterpart of `Node` in layout.rs.
 struct Node {
     // Lower corner of the box in cm. The box of a leaf is empty and not read: the inner node before the leaf has the
-    // leaf's box.
+    // triangle's box. A mesh of one triangle is one leaf, without a box test.
     low: vec3<f32>,
     // Index of a leaf's triangle; TRACE_NONE for an inner node.
     triangle: u32,
@@ -32,7 +32,7 @@ struct Hit {
     // Distance from the ray's origin, in units of the length of its direction. Where the ray meets none, TRACE_FAR
     // from one triangle and `farthest` from `trace`.
     distance: f32,
-    // Barycentric coordinates of the second and third corner.
+    // Barycentric coordinates of the second and third corner; meaningless where the ray meets none.
     b: vec2<f32>,
 }
 

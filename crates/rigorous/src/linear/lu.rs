@@ -60,7 +60,7 @@ pub(super) fn solve(factors: &View<'_>, pivots: &[usize], mut right: ViewMut<'_>
 /// below, and stores the multipliers, a column of L, below the diagonal.
 ///
 /// Returns the pivot row: the row from k on with the largest element in column k. If all are zero, the solution is
-/// not finite, which the caller of [`solve`] checks.
+/// not finite, which `solve` of `mod.rs` reports.
 fn eliminate(a: &mut ViewMut<'_>, k: usize) -> usize {
     // The sum is within a factor √2 of the modulus, which suffices to choose a pivot, and takes no square root.
     let magnitude = |row: usize| a.re[(row, k)].abs() + a.im[(row, k)].abs();

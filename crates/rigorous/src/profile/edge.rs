@@ -74,7 +74,7 @@ struct Spline {
     /// Heights at the knots, in µm.
     heights: Vec<f64>,
     /// Second derivatives with respect to u at the knots, in µm.
-    seconds: Vec<f64>,
+    second_derivatives: Vec<f64>,
 }
 
 impl Spline {
@@ -84,7 +84,7 @@ impl Spline {
         let step = 1.0 / n as f64;
         // The second derivatives M satisfy M[i−1] + 4 M[i] + M[i+1] = 6(h[i−1] − 2h[i] + h[i+1])/step² at the inner
         // knots, with M[0] = M[1] and M[n−1] = M[n−2]. The tridiagonal system is solved by Thomas' algorithm.
-        let mut seconds = vec![0.0; n];
+        let mut second_derivatives = vec![0.0; n];
         if n >= 3 {
             let inner = n - 2;
             // After elimination, row i reads M[i+1] + upper[i]·M[i+2] = right[i]. The conditions at the ends add 1 to
@@ -104,12 +104,13 @@ impl Spline {
             }
             // Back substitution, from the last row, which has no M[i+2].
             for i in (0..inner).rev() {
-                seconds[i + 1] = right[i] - if i + 1 < inner { upper[i] * seconds[i + 2] } else { 0.0 };
+                let known = if i + 1 < inner { upper[i] * second_derivatives[i + 2] } else { 0.0 };
+                second_derivatives[i + 1] = right[i] - known;
             }
-            seconds[0] = seconds[1];
-            seconds[n - 1] = seconds[n - 2];
+            second_derivatives[0] = second_derivatives[1];
+            second_derivatives[n - 1] = second_derivatives[n - 2];
         }
-        Self { heights: heights.to_vec(), seconds }
+        Self { heights: heights.to_vec(), second_derivatives }
     }
 
     /// Height at u, and its first and second derivative with respect to u, all in µm.
@@ -119,7 +120,8 @@ impl Spline {
         let i = (u * n as f64 - 0.5).floor().clamp(0.0, (n - 2) as f64) as usize;
         // Fraction of the interval from knot i to knot i + 1; outside of [0, 1] beyond the outer knots.
         let fraction = u * n as f64 - 0.5 - i as f64;
-        let (h0, h1, m0, m1) = (self.heights[i], self.heights[i + 1], self.seconds[i], self.seconds[i + 1]);
+        let (h0, h1) = (self.heights[i], self.heights[i + 1]);
+        let (m0, m1) = (self.second_derivatives[i], self.second_derivatives[i + 1]);
         // Slope of the cubic at knot i, from the heights and second derivatives at both knots.
         let slope_at_knot = (h1 - h0) / step - step / 6.0 * (2.0 * m0 + m1);
         // Taylor's series about knot i at the distance s = step·fraction. The third derivative is (m1 − m0)/step, and

@@ -103,7 +103,7 @@ fn find_corners(step: f64, heights: &[f64]) -> Vec<Corner> {
     // i − 1, without a negative index.
     let is_wall =
         |i: usize| angle(i).abs() > WALL_ANGLE_MIN && turn(i + n - 1).abs() > TURN_MIN && turn(i).abs() > TURN_MIN;
-    // Whether sample i is a kink. A sample beside a wall turns because of the wall.
+    // Whether sample i is a kink. A sample on either side of a wall is none: its turn is due to the wall.
     let is_kink = |i: usize| {
         let around = turn(i + n - 2).abs().max(turn(i + 2).abs());
         turn(i).abs() > TURN_MIN.max(KINK_SHARPNESS_MIN * around) && !is_wall(i) && !is_wall(i + 1)
@@ -198,10 +198,11 @@ fn fourier_coefficients(heights: &[f64]) -> Vec<Complex64> {
         })
         .collect();
     let largest = series[1..].iter().map(|c| c.norm()).fold(0.0, f64::max);
-    let mut truncated = 0.0;
+    // Sum of the magnitudes of the harmonics left out, the one under test included.
+    let mut tail = 0.0;
     while series.len() > 1 {
-        truncated += series[series.len() - 1].norm();
-        if truncated > TRUNCATION_MAX * largest {
+        tail += series[series.len() - 1].norm();
+        if tail > TRUNCATION_MAX * largest {
             break;
         }
         series.pop();

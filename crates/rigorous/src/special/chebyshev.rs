@@ -9,7 +9,7 @@ pub(crate) fn chebyshev_nodes(n: usize) -> Vec<f64> {
 }
 
 /// Coefficients c of `Σ c[k] T_k(x)`, k from 0 to n − 1, from the values at the n [`chebyshev_nodes`]. T_k is the
-/// Chebyshev polynomial cos(k arccos x), and `T::default()` must be 0.
+/// Chebyshev polynomial cos(k arccos x). Values are real or complex; `T::default()` must be 0.
 pub(crate) fn chebyshev_coefficients<T>(values: &[T]) -> Vec<T>
 where
     T: Copy + Default + AddAssign + Mul<f64, Output = T>,

@@ -19,7 +19,7 @@ pub(crate) fn expint_1(x: f64) -> f64 {
         }
         return sum - EULER_GAMMA - x.ln();
     }
-    // E₁(x) = e^{−x}/(x+1 − 1/(x+3 − 4/(x+5 − …))), from the innermost denominator outwards.
+    // E₁(x) = e^{−x}/(x+1 − 1/(x+3 − 4/(x+5 − …))), with numerators n², from the innermost denominator outwards.
     let mut denominator = x + f64::from(2 * DEPTH + 1);
     for n in (1..=DEPTH).rev().map(f64::from) {
         denominator = x + 2.0 * n - 1.0 - n * n / denominator;

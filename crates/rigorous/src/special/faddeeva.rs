@@ -24,7 +24,8 @@ pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
     }
     let step = (PI / (N + 1) as f64).sqrt();
     let square = z * z;
-    // Where z is far from the real axis, the path of integration, the midpoint rule needs no residue.
+    // Where z is far from the real axis, the path of integration, the midpoint rule needs no residue; the bound is that
+    // of the paper.
     let pole_is_near = z.im < z.re.max(PI / step);
     // Elsewhere the rule is the one whose nodes are farther from Re z: at least a quarter of a step. Nodes of the
     // trapezium rule are the multiples of the step.

@@ -112,6 +112,7 @@ fn clenshaw(coefficients: &[[Complex64; 2]], x: f64) -> [Complex64; 2] {
     let y = 2.0 * x * x - 1.0;
     // b_{n+2} and b_{n+4}: `[even or odd terms][n + 2 or n + 4][function]`.
     let mut recurrence = [[[Complex64::ZERO; 2]; 2]; 2];
+    // If the number of terms is odd, the last chunk has an even term alone.
     for even_and_odd in coefficients[2..].chunks(2).rev() {
         for ([b_plus_2, b_plus_4], c) in recurrence.iter_mut().zip(even_and_odd) {
             let b = [0, 1].map(|i| c[i] + b_plus_2[i] * (2.0 * y) - b_plus_4[i]);
@@ -132,7 +133,7 @@ fn binary_exponent(x: f64) -> i32 {
     ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023
 }
 
-/// 2^exponent, exactly, of the exponents of normal numbers: they fill the exponent bits of the IEEE 754 format.
+/// 2^exponent, exactly, for exponents from −1022 to 1023: the exponent bits of the IEEE 754 format.
 fn two_to(exponent: i32) -> f64 {
     f64::from_bits(((exponent + 1023) as u64) << 52)
 }

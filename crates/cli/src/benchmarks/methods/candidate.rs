@@ -34,7 +34,7 @@ pub(super) enum Evaluator {
     /// integrated to linear sRGB, without `O·M`.
     Colour(Box<dyn Method>),
     /// A surface whose spectral tables are read at each wavelength, with the wavelengths and weights that turn a
-    /// spectrum into a colour. Its values are `O·M·S/λ²`.
+    /// spectrum into a colour. Its values are `O·M·S/λ²`, since its options have no energy conservation (mod.rs).
     Spectral(Arc<Surface>, SpectralToRgb),
 }
 

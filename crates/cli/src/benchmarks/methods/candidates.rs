@@ -74,7 +74,7 @@ pub(super) fn build_all(
 /// Parameters of a published method.
 #[derive(Clone, Default, PartialEq)]
 struct Parameters {
-    /// Tolerance; `None` for the surface's.
+    /// Tolerance; `None` for the surface's, which the report leaves out.
     tolerance: Option<f64>,
     /// All other parameters.
     options: MethodOptions,
@@ -123,6 +123,7 @@ impl Builder<'_> {
             method: kind.name(),
             model: Model::Patch,
             parameters: reported,
+            // The surface's tolerance counts as the default one.
             is_default: *parameters == Parameters::default(),
             bytes: shader_bytes(&method),
             build_seconds,
@@ -259,6 +260,7 @@ impl Builder<'_> {
     fn colour_tables(&mut self) -> Result<(), BenchError> {
         let default_tolerance = self.options.tolerance;
         // Model, resolution and tolerance of each table. By default the model is the ensemble and the resolution 1.
+        // Resolutions are spaced by about √2.
         let mut sets = vec![(Model::Ensemble, 1.0, default_tolerance), (Model::Ensemble, 0.5, default_tolerance)];
         if !self.few {
             sets.extend([0.35, 0.7, 1.4].map(|resolution| (Model::Ensemble, resolution, default_tolerance)));

@@ -5,8 +5,8 @@
 //! S/λ² in 1/sr, with the power spectrum S of the relief and the wavelength λ. They are multiplied by the obliquity and
 //! shadowing factor O·M of each pair (docs/model.md#the-reflectance).
 //!
-//! A ΔE₂₀₀₀ is the difference of two colours by CIEDE2000; 1 is just noticeable. For it, colours are exposed and
-//! clipped as on a screen, with one exposure for each direction of incidence.
+//! A ΔE₂₀₀₀ is the difference of two colours by CIEDE2000; 1 is just noticeable. For it, both colours are multiplied by
+//! an exposure and clipped, as on a screen. The reference has one exposure for each direction of incidence.
 
 use super::candidate::Candidate;
 use crate::arguments::VISIBLE_NM;
@@ -17,10 +17,11 @@ use sunbeam::colour::{SpectralToRgb, ciede2000, linear_srgb_to_lab, linear_srgb_
 use sunbeam::scattering::{Options, Pair};
 use sunbeam::table::Model;
 
-/// Step between the wavelengths at which spectra are compared, in nm: a whole multiple of the reference's step.
+/// Step between the wavelengths at which spectra are compared, in nm: a whole multiple of the reference's step, as each
+/// [`Effort`](super::Effort) has it.
 const SPECTRAL_STEP_NM: f64 = 5.0;
-/// Brightness, relative to the brightest direction, below which a direction counts as dark. The exposure hardly depends
-/// on this limit, since the brightness falls off by many powers of ten beside an order.
+/// Largest channel of a direction's colour, relative to that of the brightest direction, up to which the direction
+/// counts as dark. The exposure hardly depends on this limit: beside an order colours fall off by many powers of ten.
 const DARK: f64 = 1e-4;
 /// Fraction of the lit directions that the exposure clips. With larger values most orders would be white, with smaller
 /// ones most would be dark.

@@ -51,7 +51,7 @@ pub(crate) struct Effort {
     /// Step between wavelengths of the reference in nm. 5 nm, the step at which spectra are compared, is a whole
     /// multiple.
     pub(crate) truth_step_nm: f64,
-    /// Pairs of directions over which methods are timed, at least as many as `directions`.
+    /// Pairs of directions over which methods are timed. Errors are computed over the first `directions` of them.
     pub(crate) timed_directions: usize,
     /// Repetitions of each timing.
     pub(crate) repetitions: usize,
@@ -108,7 +108,7 @@ pub(crate) struct Entry {
     pub(crate) model: Model,
     /// Values of the parameters by name.
     pub(crate) parameters: Map<String, Value>,
-    /// Whether the parameters are the library's defaults.
+    /// Whether the parameters are the library's defaults, with the tolerance of the surface.
     pub(crate) is_default: bool,
     /// Size in bytes of the data that the method looks up.
     pub(crate) bytes: u64,
@@ -182,10 +182,10 @@ pub(crate) fn measure(
         .collect();
     mark_fronts(&mut entries);
     let (low, high) = field.range_um();
-    // κ = 4π/λ along the normal, and H = (high − low)/2.
     Ok(SurfaceFigures {
         pixels: field.size().into(),
         extent_um: field.extent_um().into(),
+        // κ = 4π/λ along the normal, times H = (high − low)/2.
         kappa_h: 2.0 * PI * (high - low) / SHORTEST_VISIBLE_UM,
         coherence_length_um: options.coherence_length_um,
         oracle,

@@ -32,8 +32,8 @@ struct TimedShader {
 }
 
 impl TimedShader {
-    /// Compiles a method's shader and increases the number of queries until a run takes about
-    /// [`Effort::repetition_ms`]. The queries repeat those of `all`, which has at least one.
+    /// Compiles a method's shader. Increases the number of queries until a run takes two thirds (1/[`GROWTH_MIN`]) of
+    /// [`Effort::repetition_ms`] or has [`QUERIES_MAX`]. The queries repeat those of `all`, which has at least one.
     fn new(gpu: &Gpu, method: &dyn Method, optics: &Optics, all: &[Query], effort: &Effort) -> Result<Self, GpuError> {
         let shader = Shader::new(gpu, method, optics)?;
         let repeated = |count: usize| -> Vec<Query> { all.iter().cycle().take(count).copied().collect() };

@@ -81,7 +81,7 @@ pub(super) fn on_cpu(candidates: &[Candidate], pairs: &[DirectionPair], effort: 
 }
 
 /// Number of pairs whose evaluation lasts [`Effort::repetition_ms`], at least [`PAIRS_MIN`] and at most all. It is
-/// estimated from the fastest of three runs over [`PAIRS_MIN`] pairs. `pairs` must have these: either [`Effort`] has
+/// estimated from the fastest of three runs over [`PAIRS_MIN`] pairs. `pairs` has these: both values of [`Effort`] give
 /// at least 512.
 fn pairs_per_pass(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effort) -> usize {
     let pass = || seconds(candidate, &pairs[..PAIRS_MIN]);
@@ -90,7 +90,8 @@ fn pairs_per_pass(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effor
     (count as usize).clamp(PAIRS_MIN, pairs.len())
 }
 
-/// Time per colour in µs: the mean over passes through `pairs` until [`TIMED_FRACTION`] is reached, at least one.
+/// Time per colour in µs: the mean over at least one pass through `pairs`, and as many as it takes to last
+/// [`TIMED_FRACTION`] of [`Effort::repetition_ms`].
 fn mean_microseconds(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effort) -> f64 {
     // An untimed pass fills the processor's caches, which hold the data of the previous candidate.
     seconds(candidate, pairs);

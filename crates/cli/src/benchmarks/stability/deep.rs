@@ -91,6 +91,7 @@ pub fn deep_relief(directions: usize) -> Result<Vec<DeepPoint>, BenchError> {
 /// Errors at one κH, with the κ of 380 nm and of directions along the normal (w = 2).
 fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     let kappa_max = 2.0 * TAU / SHORTEST_VISIBLE_UM;
+    // H is half of the range of heights.
     let range_um = 2.0 * kappa_h / kappa_max;
     let field = rough_of_primes(range_um)?;
     let taylor = taylor_terms(kappa_h, REMAINDER);
@@ -126,7 +127,7 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     })
 }
 
-/// Errors of the tables' S at `count` random pairs of directions and wavelengths.
+/// Errors of the tables' S at `count` random pairs of directions, and wavelengths of the tables' whole range.
 fn table_errors(surface: &Surface, exact: &Exact, count: usize) -> Vec<f64> {
     // An arbitrary fixed seed.
     let mut random = Random::new(8);

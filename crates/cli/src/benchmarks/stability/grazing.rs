@@ -26,8 +26,8 @@ const PHIS_DEG: [f64; 4] = [0.0, 35.0, 90.0, 180.0];
 const HORIZON_DEG: f64 = 89.99;
 /// Largest number of albedos at one angle of incidence. Each is an integral over the hemisphere and takes long.
 const ALBEDOS_MAX: usize = 60;
-/// Step between the queries for which albedos are integrated. The 72 special queries come first, so 24 of the albedos
-/// are at their directions, and the others at random ones.
+/// Step between the queries for which albedos are integrated. The 72 special queries come first, six for each direction
+/// of incidence and wavelength. So 24 albedos are at those 12, each twice, and the others at random directions.
 const ALBEDO_STRIDE: usize = 3;
 
 /// The normal of the surface.

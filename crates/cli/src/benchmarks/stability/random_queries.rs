@@ -67,7 +67,7 @@ pub struct RandomQueries {
     /// Answers that are negative. Colours of the published methods do not count, since out-of-gamut colours have
     /// negative channels.
     pub negative: u64,
-    /// Sampling densities of 0 above the horizon.
+    /// Sampling densities of 0. None should be, since all directions are above the horizon.
     pub without_density: u64,
     /// Largest difference of the reflectance when the directions are exchanged, relative to the larger value.
     pub reciprocity: f64,
