@@ -75,8 +75,8 @@ pub(super) fn node_gaussians(table: &SpectralTable) -> Vec<Portion<'_>> {
 }
 
 /// Portions of a table. At most [`SEPARATE`] Gaussians, the strongest, stay if they are narrow and diffraction orders.
-/// All others are summed in squares, with sides of at least `side_min` cycles/µm along axes with several nodes.
-pub(super) fn portions(table: &SpectralTable, side_min: f64) -> Vec<Portion<'_>> {
+/// All others are summed in squares, with sides of at least `side_min_per_um` cycles/µm along axes with several nodes.
+pub(super) fn portions(table: &SpectralTable, side_min_per_um: f64) -> Vec<Portion<'_>> {
     let mut gaussians = node_gaussians(table);
     let axes = [&table.lattice().x, &table.lattice().y];
     let sigma_f = axes.map(LatticeAxis::sigma_per_um);
@@ -89,7 +89,7 @@ pub(super) fn portions(table: &SpectralTable, side_min: f64) -> Vec<Portion<'_>>
     let sides = [0, 1].map(|c| {
         match (is_wide, axes[c].reach) {
             (true, 0) => WIDE_SIDE_SIGMAS * sigma_f[c],
-            (true, _) => side_min.max(WIDE_SIDE_SIGMAS * sigma_f[c]),
+            (true, _) => side_min_per_um.max(WIDE_SIDE_SIGMAS * sigma_f[c]),
             // One square, with the standard deviation of the Gaussians, takes their power.
             (false, 0) => sigma_f[c] / UNIFORM_SIGMA,
             (false, _) => NARROW_SIDE_PER_UM,
