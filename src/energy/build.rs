@@ -16,7 +16,7 @@ use crate::table::{Progress, Steps};
 /// widely around ridges, and the mean albedo of a sinusoid is lower by 0.003.
 const SIZE_OF_ORDERS: (u32, u32) = (56, 15);
 /// Numbers of cells and planes where the orders of a relief that varies along x and y are wider than [`WIDE_ORDERS`].
-/// With [`SIZE_OF_ORDERS`], the build of a tile of 2.4 µm by 2 µm takes 18 s instead of 3 s at a coherence length of
+/// With [`SIZE_OF_ORDERS`], the build of a tile of 2.4 µm by 2 µm takes 18 s instead of 2 s at a coherence length of
 /// 10 µm, and the mean albedo is higher by 0.03.
 const SIZE_OF_WIDE_ORDERS: (u32, u32) = (24, 9);
 /// Standard deviation in direction cosines above which [`SIZE_OF_WIDE_ORDERS`] applies. Chosen: the ridges of wider
