@@ -35,8 +35,9 @@ fn tables_code() -> u64 {
     let mut folders: Vec<PathBuf> = TABLES_FOLDERS.iter().map(PathBuf::from).collect();
     while let Some(folder) = folders.pop() {
         println!("cargo:rerun-if-changed={}", folder.display());
-        // Entries that cannot be read are skipped: the compiler reports missing sources.
-        for path in fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+        // A folder that is missing, such as a renamed one, must not hash as an empty one.
+        let entries = fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+        for path in entries.flatten().map(|entry| entry.path()) {
             if path.is_dir() { folders.push(path) } else { sources.push(path) }
         }
     }

@@ -19,8 +19,8 @@ const SIZE_OF_ORDERS: (u32, u32) = (56, 15);
 /// With [`SIZE_OF_ORDERS`], the build of a tile of 2.4 µm by 2 µm takes 18 s instead of 2 s at a coherence length of
 /// 10 µm, and the mean albedo is higher by 0.03.
 const SIZE_OF_WIDE_ORDERS: (u32, u32) = (24, 9);
-/// Standard deviation in direction cosines above which [`SIZE_OF_WIDE_ORDERS`] applies. Chosen: the ridges of wider
-/// orders have the width of a cell.
+/// Standard deviation in direction cosines above which [`SIZE_OF_WIDE_ORDERS`] applies. Chosen: the build of this tile
+/// takes 11 s with [`SIZE_OF_ORDERS`] at 0.02, and 5 s at 0.012.
 const WIDE_ORDERS: f64 = 0.02;
 /// Numbers of cells and planes of other tables, chosen as those of [`SIZE_OF_ORDERS`]. With (20, 9), the build takes
 /// twice as long, and the mean albedo of the preset *Xenopeltis* is higher by 0.008.

@@ -78,8 +78,8 @@ impl<'a> AlbedoIntegral<'a> {
     }
 
     /// Calls `visit` with the quadrature nodes of `∫ f cosθo dωo`, `V::COUNT` at once: directions wo and their parts of
-    /// the integral, whose sum is the albedo. `V` are plain numbers or several lanes. Surplus lanes have parts
-    /// of zero. Nothing is visited unless wi lies above the surface. The wavelengths in nm are λ' and λ".
+    /// the integral, whose sum is the albedo. `V` are plain numbers or several lanes. Surplus lanes have parts of
+    /// zero. Nothing is visited unless wi lies above the surface. The wavelengths in nm are λ' and λ".
     ///
     /// The reflectance f excludes the Fresnel reflectance and includes the small-slope factor.
     pub(crate) fn visit<V: Values>(

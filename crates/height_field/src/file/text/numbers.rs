@@ -211,7 +211,8 @@ fn read(lines: &[Line], style: Style) -> Result<Table, String> {
             for word in words {
                 let value = match word.matches(',').count() {
                     0 => number(word),
-                    1 if style.decimal_comma => number(&word.replace(',', ".")),
+                    _ if !style.decimal_comma => number(word),
+                    1 => number(&word.replace(',', ".")),
                     // A number has one decimal mark.
                     _ => None,
                 };
