@@ -57,7 +57,7 @@ pub struct GratingReport {
     pub rms: f64,
     /// 99th percentile of the absolute error of an efficiency, at the same incidences and wavelengths.
     pub p99: f64,
-    /// Build time in seconds.
+    /// Build time in seconds, with that of the meshes and of the error's measurement.
     pub build_seconds: f64,
 }
 

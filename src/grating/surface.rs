@@ -81,6 +81,7 @@ impl GratingSurface {
         build_limit: f64,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
+        let start = Instant::now();
         let period_um = profile.period_um();
         let basis = CostBasis::of_efficiencies(period_um, body);
         // Sets of nodes on the profile at which fields are solved.
@@ -90,15 +91,14 @@ impl GratingSurface {
                 let table_resolution = choose_resolution(basis, choose_spacing(&meshes, period_um, index)?);
                 let wavelengths_nm = all_solved(period_um, table_resolution.spacing);
                 let solver = RigorousSolver::new(&meshes, index, &wavelengths_nm)?;
-                Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)
+                Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress, start)
             }
             GratingBody::Film(eta) => {
                 let solver = FilmSolver { meshes: &meshes, eta };
                 let table_resolution = choose_resolution(basis, Some(spacing_of(&solver, period_um)?));
-                Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress)
+                Self::tabulate(period_um, coherence_length_um, &solver, table_resolution, progress, start)
             }
             GratingBody::Interface(eta) => {
-                let start = Instant::now();
                 let solver = InterfaceSolver { meshes: &meshes, eta };
                 let table = build_efficiencies(period_um, &solver, progress)?;
                 let error = efficiency_error(&table, period_um, &solver, 4 * ERROR_POINTS)?;
@@ -112,7 +112,7 @@ impl GratingSurface {
         self.layout.efficiencies.transmits()
     }
 
-    /// Tabulates the orders of a solver, and measures the table's error.
+    /// Tabulates the orders of a solver, and measures the table's error. The build began at `start`.
     ///
     /// # Errors
     /// The solver's errors.
@@ -122,8 +122,8 @@ impl GratingSurface {
         solver: &impl OrderSolver,
         table_resolution: TableResolution,
         progress: &Progress,
+        start: Instant,
     ) -> Result<Self, GratingError> {
-        let start = Instant::now();
         let table = EfficiencyTable::build(period_um, solver, table_resolution, progress)?;
         let error = table.error(period_um, solver, ERROR_POINTS)?;
         Ok(Self::of_table(period_um, coherence_length_um, table, error, start))

@@ -15,6 +15,10 @@ use std::path::{Path, PathBuf};
 /// The file name that means stdout, where an argument accepts it.
 const STDOUT: &str = "-";
 
+/// Largest number of symbolic links that are followed from one path, that of Linux. Loops of links cannot be written
+/// and are refused before.
+const LINKS_MAX: usize = 40;
+
 /// An output file, whose extension fits its contents and whose path can be written.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
@@ -128,12 +132,17 @@ pub fn check_distinct(command: &Command, matches: &ArgMatches) -> Result<(), cla
     Ok(())
 }
 
-/// The path with symbolic links and dots resolved. For a new file only the folder is resolved; in a missing folder the
-/// path stays as it is.
+/// The path with symbolic links and dots resolved, also where links lead to a file that does not exist yet. In a missing
+/// folder the path stays as it is.
 fn resolved(path: &Path) -> PathBuf {
-    let (folder, name) = (folder_of(path), path.file_name().unwrap_or_default());
+    let mut file = path.to_owned();
+    for _ in 0..LINKS_MAX {
+        let Ok(target) = fs::read_link(&file) else { break };
+        file = folder_of(&file).join(target);
+    }
+    let (folder, name) = (folder_of(&file), file.file_name().unwrap_or_default());
     let in_folder = || folder.canonicalize().unwrap_or(folder.to_owned()).join(name);
-    path.canonicalize().unwrap_or_else(|_| in_folder())
+    file.canonicalize().unwrap_or_else(|_| in_folder())
 }
 
 /// A list of extensions in words, such as `.a, .b or .c`.
@@ -222,5 +231,16 @@ mod tests {
             .arg(Arg::new("json").long("json").action(ArgAction::SetTrue));
         assert_eq!(advice(Some("png".to_owned()), &command), "; --png writes a .png");
         assert_eq!(advice(Some("json".to_owned()), &command), "");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_a_new_file_names_that_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, link, other] = ["new.csv", "link.csv", "other.csv"].map(|name| folder.path().join(name));
+        std::os::unix::fs::symlink("link.csv", &other).unwrap();
+        std::os::unix::fs::symlink("new.csv", &link).unwrap();
+        assert_eq!(resolved(&other), resolved(&file));
+        assert_ne!(resolved(&file), resolved(&folder.path().join("another.csv")));
     }
 }

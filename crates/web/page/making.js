@@ -57,8 +57,8 @@ export async function makeMissing() {
   try {
     await Promise.all([pending.surface, pending.scene]);
     if (stale()) return;
-    const { settings, source, relief, keys: built } = page;
-    page.good = { settings: structuredClone(settings), source, relief, keys: built };
+    const { settings, source, example, relief, keys: built } = page;
+    page.good = { settings: structuredClone(settings), source, example, relief, keys: built };
     page.making = false;
     showProgress(null);
     orderPicture();
@@ -160,7 +160,7 @@ export function goBack() {
   // All settings that data depend on.
   const { surface, method, options, shape, resolution } = good.settings;
   page.settings = structuredClone({ ...page.settings, surface, method, options, shape, resolution });
-  page.source = good.source;
+  Object.assign(page, { source: good.source, example: good.example });
   // The artist may already have data that are newer than the good state.
   page.keys = page.adapter ? { ...good.keys, ...page.held } : good.keys;
   if (page.relief !== good.relief) {

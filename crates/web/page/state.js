@@ -37,8 +37,8 @@ export const page = {
   /** Promise that is fulfilled when the graphics device is open or has failed to open. */
   opening: null,
   /**
-   * The last state whose data were complete, to which `goBack` (making.js) returns: {settings, source, relief, keys},
-   * and `at`, the `performance.now()` of the state's first picture. Null before the first such state.
+   * The last state whose data were complete, to which `goBack` (making.js) returns: {settings, source, example, relief,
+   * keys}, and `at`, the `performance.now()` of the state's first picture. Null before the first such state.
    */
   good: null,
   /** Keys (`currentKeys`) of the relief, method and scene that exist or are being built; null for none. */

@@ -487,6 +487,8 @@ def test_saved_files_agree_with_the_screen(page):
 def test_cancelling_brings_the_surface_back(page):
     page.reopen(size=SMALL)
     before = page.pixels()
+    example = page.js("return sunbeam.example")
+    assert example == "blazed"
     page.choose("#preset", "xenopeltis")
     page.browser.wait(
         "return !document.getElementById('progress').hidden && document.getElementById('progress-bar').value > 0",
@@ -500,6 +502,8 @@ def test_cancelling_brings_the_surface_back(page):
     assert "Cancelled" in page.words()
     assert page.settings()["surface"]["preset"] == "blazed"
     assert page.js("return document.getElementById('relief-name').textContent.toLowerCase()").startswith("blazed")
+    card = "sunbeam.examples[document.querySelector('input[name=example]:checked')?.value]?.name"
+    assert page.js(f"return [sunbeam.example, {card}]") == [example, example]
     np.testing.assert_array_equal(page.pixels(), before)
     # The next surface is made.
     page.choose("#preset", "sinusoidal")

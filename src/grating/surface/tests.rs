@@ -74,7 +74,15 @@ impl OrderSolver for ClosedForm {
 /// The surface of the closed form with 1 or 2 sides.
 fn tabulated_on(sides: usize, coherence_length_um: f64) -> GratingSurface {
     let solver = ClosedForm { sides };
-    GratingSurface::tabulate(PERIOD_UM, coherence_length_um, &solver, TABLE_RESOLUTION, &Progress::none()).unwrap()
+    GratingSurface::tabulate(
+        PERIOD_UM,
+        coherence_length_um,
+        &solver,
+        TABLE_RESOLUTION,
+        &Progress::none(),
+        Instant::now(),
+    )
+    .unwrap()
 }
 
 /// The surface of the closed form for light above the relief alone.
