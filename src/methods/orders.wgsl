@@ -32,8 +32,8 @@ struct OrderGrid {
     peak_um2: f32,
     // Number of orders summed along each axis, at least 1.
     neighbourhood: u32,
-    // The κH from which on all stored terms are summed. For each unit of κH below it the series needs at least one term
-    // less, and one less is summed.
+    // The κH from which on all stored terms are summed, with the phase rate κ = 2πw/λ and H = `half_range_um`. For each
+    // unit of κH below it, the series needs at least one term less. One less is summed.
     full_terms_kappa_h: f32,
 }
 

@@ -25,7 +25,8 @@ pub(crate) struct Surface {
     pub(super) tables: Tables,
     /// Jones matrices of the diffraction orders; `None` unless the theory is rigorous and the variant polarised.
     pub(super) jones: Option<Arc<(JonesTable, Origin)>>,
-    /// Number that identifies the tables and the cover within this process. Surfaces that share both have one number.
+    /// Number of the tables, the cover and the presence of Jones matrices within this process ([`number_of`]). Surfaces
+    /// with equal numbers share one copy of the tables in Dr.Jit, and the kernels of frozen functions.
     pub(super) identity: u64,
 }
 

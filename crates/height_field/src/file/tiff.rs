@@ -163,7 +163,8 @@ fn check_tags(bytes: &[u8]) -> Result<(), String> {
     // Position of the next directory; 0 after the last. The position of the first directory is stored at byte 4, in
     // BigTIFF at byte 8: both equal the size of an offset.
     let mut next = uint_at(offset_size, offset_size);
-    // Sum over all directories: more bytes than the file has mean that directories refer to each other in a circle.
+    // Sum of the sizes of all directories on the chain. If it exceeds the file's size, the chain comes back to one of
+    // them.
     let mut bytes_read = 0;
     while let Some(at) = next.and_then(|at| usize::try_from(at).ok()).filter(|at| *at != 0) {
         let Some(entries) = uint_at(at, count_size).and_then(|count| usize::try_from(count).ok()) else { break };

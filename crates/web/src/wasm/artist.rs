@@ -40,7 +40,8 @@ struct State {
     tone_changed: bool,
 }
 
-/// Draws with WebGPU on a canvas.
+/// Draws with WebGPU on a canvas. Calls that draw or read the GPU must not overlap: the worker awaits each before the
+/// next (`inTurn` in artist.js). Calls that set scene, method or view may come while one draws.
 #[wasm_bindgen]
 pub struct Artist {
     gpu: Gpu,
