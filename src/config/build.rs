@@ -20,7 +20,7 @@
 //! In a medium of index n the wavelength is λ/n. Tables are over λ, the wavelength in air. For a relief within a medium
 //! they are therefore built for the relief and the coherence window magnified n times. The medium is a cover
 //! ([`Cover`](crate::scattering::Cover)) or, for the scalar theory alone, the transparent body below. The solver of
-//! Maxwell's equations takes the relief of a body at its own size, and magnifies a grating's profile by the cover alone.
+//! Maxwell's equations takes the relief of a body at its own size. A grating's profile is magnified by the cover alone.
 //!
 //! Under a cover, indices are relative to the cover's. The functions `…_inside` return magnified lengths and relative
 //! indices. Shared surfaces take directions inside the cover. Their callers convert directions and

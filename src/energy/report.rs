@@ -74,7 +74,7 @@ mod tests {
     use crate::numeric::Plain;
     use crate::scattering::{Options, build_table};
 
-    /// In single precision, the sum over the tile's nodes is too small by 4e-4.
+    /// Summed in single precision, the albedo of this tile is too small by 4e-4.
     #[test]
     fn albedos_of_large_tiles_are_summed_in_double_precision() {
         // Rounding of directions and factors to single precision.

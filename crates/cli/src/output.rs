@@ -132,8 +132,8 @@ pub fn check_distinct(command: &Command, matches: &ArgMatches) -> Result<(), cla
     Ok(())
 }
 
-/// The path with symbolic links and dots resolved, also where links lead to a file that does not exist yet. In a missing
-/// folder the path stays as it is.
+/// The path with symbolic links and dots resolved, also where links lead to a file that does not exist yet. In a
+/// missing folder the path stays as it is.
 fn resolved(path: &Path) -> PathBuf {
     let mut file = path.to_owned();
     for _ in 0..LINKS_MAX {
