@@ -27,12 +27,12 @@
 //!
 //! 1. The nodes get b, whose excess over one is a fraction of the excess of a.
 //! 2. The nodes get the larger of b and t.
-//! 3. Where the table lies below t at check points in a cell between nodes, the cell's corners are raised
-//!    (`nodes.rs`).
+//! 3. Where the table lies below t at check points in a cell between nodes, the cell's corners are raised. Cells in
+//!    which it lay far below are checked again, at other points (`nodes.rs`).
 //!
 //! Where an order passes the horizon, t has a ridge narrower than a cell. Tables of narrow orders therefore have more
-//! check points. Between these, albedos of up to 1.01 remain on presets and scans, and larger ones on a few other
-//! reliefs (docs/tables.md#energy).
+//! check points. Between these, albedos of up to 1.01 remain, and larger ones where coherence lengths are hundreds of
+//! µm (docs/tables.md#energy).
 
 mod bands;
 mod build;

@@ -79,7 +79,7 @@ impl AlbedoTable {
         // No mirror symmetry is used, and these albedos have no pole at the horizon.
         let nodes =
             Nodes { grid: Grid { cells: layout.cells }, planes: layout.planes, is_mirrored: false, has_pole: false };
-        let steps = progress.of_steps(2 * layout.slabs() as usize * (nodes.len() + CHECKS * nodes.cells()));
+        let steps = progress.of_steps(2 * layout.slabs() as usize * (nodes.len() + nodes.expected_checks(CHECKS)));
         // The side of air comes first, then that of the medium.
         let mut words = Vec::new();
         for (is_below, slab) in
