@@ -22,7 +22,7 @@ const RIM_INCREASE: f64 = 1.4;
 const RIM_RADIUS: f64 = 0.85;
 /// Bound of the albedo after division above which a cell is checked again: the albedo that is accepted between nodes.
 const ACCEPTED_BETWEEN_NODES: f64 = 1.01;
-/// Largest number of rounds of checks. Presets and scans need fewer than ten.
+/// Largest number of rounds of checks. Presets need fewer than ten.
 const ROUNDS_MAX: usize = 16;
 
 /// Shape of a slab.
