@@ -49,8 +49,8 @@ struct Violation {
     needed: f64,
     /// Difference of the needed value from the table's.
     deficit: f64,
-    /// Whether the cell must be checked again.
-    is_large: bool,
+    /// Whether the albedo may exceed [`ACCEPTED_BETWEEN_NODES`], so that the cell is checked again.
+    exceeds_accepted: bool,
 }
 
 impl Nodes {
@@ -69,8 +69,8 @@ impl Nodes {
         self.planes as usize * self.in_plane()
     }
 
-    /// Approximate number of check points of all rounds of [`Nodes::raise`]. Measured on presets: 1.3 to 1.6 times those
-    /// of the first round.
+    /// Approximate number of check points of all rounds of [`Nodes::raise`]: on presets 1.3 to 1.6 times those of the
+    /// first round.
     pub(super) fn expected_checks(self, checks: usize) -> usize {
         checks * self.cells() * 3 / 2
     }
@@ -124,8 +124,8 @@ impl Nodes {
     /// Raises values until the table has the excess that is needed at check points in all cells. `needed(wi, plane,
     /// enough)` is that excess; a result below `enough`, the table's excess, need not be exact.
     ///
-    /// A round has `checks` points in each cell. Cells in which the table was far too small are checked again, at other
-    /// points, since a ridge of the albedo may be higher elsewhere in the cell.
+    /// A round has `checks` points in each cell. Cells in which the albedo may exceed [`ACCEPTED_BETWEEN_NODES`] are
+    /// checked again, at other points, since a ridge of the albedo may be higher elsewhere in the cell.
     pub(super) fn raise(
         self,
         values: &mut [f32],
@@ -149,13 +149,13 @@ impl Nodes {
                 let table_excess = table.excess_in_plane(wi, plane);
                 let increase = if self.has_pole && radius > RIM_RADIUS { RIM_INCREASE } else { 1.0 };
                 let excess = increase * needed(wi, plane, table_excess / increase);
-                let is_large = 1.0 + excess > ACCEPTED_BETWEEN_NODES * (1.0 + table_excess);
+                let exceeds_accepted = 1.0 + excess > ACCEPTED_BETWEEN_NODES * (1.0 + table_excess);
                 let [needed, deficit] = [excess, excess - table_excess].map(|excess| excess * wi[2] * wi[2]);
-                (deficit > 0.0).then_some(Violation { cell, at, needed, deficit, is_large })
+                (deficit > 0.0).then_some(Violation { cell, at, needed, deficit, exceeds_accepted })
             };
             let in_cell = |&cell: &usize| (0..checks).filter_map(move |k| check(cell, k));
             let mut violations: Vec<_> = cells.par_iter().flat_map_iter(in_cell).collect();
-            cells = violations.iter().filter(|violation| violation.is_large).map(|violation| violation.cell).collect();
+            cells = violations.iter().filter(|found| found.exceeds_accepted).map(|found| found.cell).collect();
             cells.dedup();
             // The largest deficits are mended first, since this mends others around them.
             violations.sort_by(|a, b| b.deficit.total_cmp(&a.deficit));
