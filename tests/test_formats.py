@@ -281,10 +281,10 @@ def test_a_reader_without_the_extension_is_closed_when_another_serves(package, m
 
 
 @pytest.mark.parametrize(
-    ("name", "title"), [("a.gsf", "\ud800"), (f"{'a' * 246}.gsf", "Height")], ids=["title", "name"]
+    ("name", "title"), [("a.gsf", "\ud800"), (f"{'a' * 251}.gsf", "Height")], ids=["title", "name"]
 )
 def test_a_file_that_cannot_be_written_leaves_nothing(package, tmp_path, name, title):
-    """A title that is no Unicode, and a name whose unfinished file has too long a name."""
+    """A title that is no Unicode, and a name of 255 bytes: the unfinished file's name adds the process number."""
     channel = package.convert.Channel(0, title, "m", True)
     relief = package._relief.Relief(HEIGHTS_UM, (DX_UM, DY_UM))
     with pytest.raises(package.SunbeamError, match="cannot be written"):
