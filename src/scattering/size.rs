@@ -58,12 +58,12 @@ pub struct SizeRange {
 /// 1/λ"; between slabs the albedo is interpolated linearly. The phase is that between the relief's lowest and highest
 /// point at w = 1.
 ///
-/// Measured on the preset `xenopeltis` at half its size: the largest albedo after division by the table, ideally at
-/// most 1, is 0.98 both with 3 and with 0.75. So finer slabs gain nothing there.
+/// Measured on a rough tile of 2.4 µm by 2 µm, 0.3 µm deep, at relative sizes from 0.5 to 1: the largest albedo after
+/// division by the table, ideally at most 1, is 0.98 with 3, 1 and 0.5. So finer slabs gain nothing there.
 pub(crate) const SLAB_PHASE: f64 = 3.0;
-/// [`SLAB_PHASE`] of reliefs whose albedo has ridges, such as gratings. Measured on the preset `blazed` at half its
-/// size: the largest albedo after division by the table is 1.017 with 1, and 1.010 with 0.5. Time and memory are
-/// proportional to the number of slabs, so smaller values buy a smaller excess at that price.
+/// [`SLAB_PHASE`] of reliefs whose albedo has ridges, such as gratings. Measured on the preset `lamellar` at relative
+/// sizes from 0.5 to 1: the largest albedo after division by the table is 1.066 with 3, 1.013 with 1, and 1.002 with
+/// 0.5. Time and memory are proportional to the number of slabs.
 pub(crate) const SLAB_PHASE_OF_RIDGES: f64 = 0.5;
 
 impl SizeRange {
