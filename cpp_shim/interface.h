@@ -50,8 +50,8 @@ public:
     using Vector3f            = mitsuba::Vector<Float, 3>;
     using Mask                = dr::mask_t<Float>;
 
-    /// `index` is eta + ik. `small_slope` selects Q instead of R. `perfect` selects a perfect conductor, whose Q and
-    /// Mueller matrix do not depend on the index. Its R is that of the index 0 + i, which is 1.
+    /// `index` is eta + ik. `small_slope` selects Q instead of R. `perfect` selects a perfect conductor, whose factor
+    /// and Mueller matrix do not depend on the index.
     Interface(const Complex &index, bool small_slope, bool perfect)
         : m_index(index), m_epsilon(dr::square(index)), m_small_slope(small_slope), m_perfect(perfect) {}
 
@@ -59,7 +59,16 @@ public:
     UnpolarizedSpectrum power(const Vector3f &from, const Vector3f &to) const {
         if (m_small_slope)
             return small_slope_power(from, to);
-        return mitsuba::fresnel_conductor(UnpolarizedSpectrum(cos_half(from, to)), m_index);
+        return reflectance(cos_half(from, to), m_index, m_perfect);
+    }
+
+    /// Fresnel reflectance R for unpolarised light at an angle of incidence with the cosine `cos_theta`.
+    ///
+    /// That of a perfect conductor is 1. For its index 0 + i, `fresnel_conductor` takes the root of a difference of two
+    /// equal numbers: CUDA's root, which is off by up to one unit in the last place, would lower R by up to 5e-4.
+    static UnpolarizedSpectrum reflectance(const Float &cos_theta, const Complex &index, bool perfect) {
+        return perfect ? UnpolarizedSpectrum(1.f)
+                       : mitsuba::fresnel_conductor(UnpolarizedSpectrum(cos_theta), index);
     }
 
     /// Mueller matrix of light that arrives along `-from` and leaves along `to`, between the frames of reference that

@@ -161,8 +161,10 @@ private:
         /// Probability that `sample` picks the cover's mirror, and that it picks the diffracted lobe otherwise.
         Float prob_cover, prob_diffraction;
         Cover<Float, Spectrum> cover;
+        /// Whether the surface is a perfect reflector.
+        bool perfect;
 
-        explicit SurfacePoint(const Cover<Float, Spectrum> &cover) : cover(cover) {}
+        SurfacePoint(const Cover<Float, Spectrum> &cover, bool perfect) : cover(cover), perfect(perfect) {}
 
         /// Direction `outside` of the shading frame, in the relief's frame and inside the cover.
         Vector3f to_relief(const Vector3f &outside) const { return rotation.to_relief(cover.inside(outside)); }
@@ -173,7 +175,7 @@ private:
 
         /// Fresnel reflectance at an angle of incidence with this cosine, times `specular_reflectance`.
         UnpolarizedSpectrum reflectance(const Float &cos_theta) const {
-            return specular * fresnel_conductor(UnpolarizedSpectrum(cos_theta), ior);
+            return specular * Interface<Float, Spectrum>::reflectance(cos_theta, ior, perfect);
         }
 
         /// Fraction of the light that passes the surface to or from the pigment below, at an angle with this cosine.
@@ -185,7 +187,7 @@ private:
     /// Evaluates the textures at the point of `si`, and the probabilities of the components there.
     SurfacePoint surface_point(const Textures<Float, Spectrum> &textures, const SurfaceInteraction3f &si,
                                const Enabled &enabled, Mask active) const {
-        SurfacePoint point(m_cover);
+        SurfacePoint point(m_cover, perfect);
 
         // Beyond the ends of their spectra, eta and k keep the values at the ends (spectral_ends.h).
         point.ior      = { textures.eta_ends.eval(*textures.eta, si, active) / m_cover.eta(),
@@ -290,7 +292,7 @@ private:
         if (lobe.surface().is_rigorous())
             return depolarizer<Spectrum>(relief * m_cover.transmittance(wi, wo));
         const Vector3f wi_in = m_cover.inside(wi), wo_in = m_cover.inside(wo);
-        const Interface<Float, Spectrum> interface(point.ior, lobe.surface().is_small_slope(), perfect);
+        const Interface<Float, Spectrum> interface(point.ior, lobe.surface().is_small_slope(), point.perfect);
         if constexpr (is_polarized_v<Spectrum>) {
             const bool radiance = ctx.mode == TransportMode::Radiance;
             Spectrum matrix     = interface.mueller(radiance ? wo_in : wi_in, radiance ? wi_in : wo_in);
