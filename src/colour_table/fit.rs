@@ -9,10 +9,9 @@
 //! `knee` and `zero` are values of w: above `knee` F no longer follows the square law, below `zero` the constant
 //! prevails. Evaluators divide by the factor again (`lookup.rs`).
 
+use super::collocation::Collocation;
 use super::rings::RingPlan;
-use crate::numeric::math::cubic_b_spline;
 use crate::table::POLE;
-use nalgebra::DMatrix;
 
 /// A ring's spline.
 pub(super) struct FittedRing {
@@ -41,19 +40,9 @@ pub(super) fn fit(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FittedRin
             sample.iter_mut().for_each(|channel| *channel *= scale);
         }
     }
-    // Splines over w, by a matrix product per direction.
-    let inverse = collocation_inverse(ring);
-    let mut coefficients = vec![0f32; row_len];
-    for row in values.chunks_exact_mut(row_len) {
-        for (weights, coefficient) in inverse.chunks_exact(w_count).zip(coefficients.chunks_exact_mut(3)) {
-            let mut sums = [0f32; 3];
-            for (weight, sample) in weights.iter().zip(row.chunks_exact(3)) {
-                sums.iter_mut().zip(sample).for_each(|(sum, channel)| *sum += weight * channel);
-            }
-            coefficient.copy_from_slice(&sums);
-        }
-        row.copy_from_slice(&coefficients);
-    }
+    // Splines over w.
+    let collocation = Collocation::new(ring);
+    values.chunks_exact_mut(row_len).for_each(|row| collocation.solve(row));
     // Splines around the ring, through the coefficients over w.
     prefilter_periodic(&mut values, row_len);
     FittedRing { knee_squared, zero_squared, coefficients: values }
@@ -76,22 +65,6 @@ fn estimate_zero_squared(values: &[f32], sampled_w: &[f64], knee: f64) -> f64 {
     let near_knee = sampled_w.partition_point(|w| *w < knee).min(w_count - 1);
     let fall = total(0) / total(near_knee).max(f64::MIN_POSITIVE);
     (sampled_w[near_knee].powi(2) * fall - 3.0 * sampled_w[0] * sampled_w[0]).clamp(0.0, knee * knee)
-}
-
-/// Matrix `[coefficient][sample]`, row-major, from samples at [`RingPlan::sampled_w`] to the coefficients of the cubic
-/// B-spline through them.
-fn collocation_inverse(ring: &RingPlan) -> Vec<f32> {
-    let n = ring.w_count();
-    let sampled_w = ring.sampled_w();
-    let basis = DMatrix::from_fn(n, n, |sample, coefficient| {
-        let position = ring.knot_position(sampled_w[sample]);
-        // Coefficient i belongs to the knot i − 1.
-        cubic_b_spline(position - (coefficient as f64 - 1.0))
-    });
-    // The inverse exists by the theorem of Schoenberg and Whitney: each basis function has a sample within its support.
-    // The identity only replaces a panic.
-    let inverse = basis.try_inverse().unwrap_or_else(|| DMatrix::identity(n, n));
-    (0..n * n).map(|i| inverse[(i / n, i % n)] as f32).collect()
 }
 
 /// Replaces rows of `row_len` values, one row per direction, by the coefficients of the periodic cubic B-splines
@@ -132,7 +105,6 @@ fn prefilter_periodic(values: &mut [f32], row_len: usize) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::rings::Rings;
     use super::*;
 
     #[test]
@@ -144,21 +116,6 @@ mod tests {
             let coefficient = |j: usize| coefficients[j % 32];
             let value = (coefficient(i + 31) + 4.0 * coefficient(i) + coefficient(i + 1)) / 6.0;
             assert!((value - sample).abs() < 1e-5, "{i}: {value} {sample}");
-        }
-    }
-
-    #[test]
-    fn collocation_gives_splines_through_the_samples() {
-        let plan = Rings::plan(0.01, 0.8, true, 1.0);
-        let ring = &plan.rings[3];
-        let (n, inverse) = (ring.w_count(), collocation_inverse(ring));
-        for (at, w) in ring.sampled_w().into_iter().enumerate() {
-            let basis = |c: usize| cubic_b_spline(ring.knot_position(w) - (c as f64 - 1.0));
-            // Value at sample `at` of the spline through 1 at sample `one` and 0 at all others.
-            for one in 0..n {
-                let value: f64 = (0..n).map(|c| basis(c) * f64::from(inverse[c * n + one])).sum();
-                assert!((value - f64::from(u8::from(at == one))).abs() < 1e-4, "{at} {one}: {value}");
-            }
         }
     }
 }

@@ -27,6 +27,7 @@
 //! cubic polynomial through four of them. A look-up ([`ColourView`]) reads 4 × 4 × 4 words of 32 bits.
 
 mod build;
+mod collocation;
 mod fit;
 mod lookup;
 mod pack;

@@ -190,8 +190,9 @@ fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path)
     Ok(std::fs::write(folder.join("index.json"), serde_json::to_string_pretty(&index)?)?)
 }
 
-/// Contents of the file that an example names: a scan in the folder `scans`. If the example has a cut, the file is made
-/// in `folder` from the corner of a preset instead ([`write_cut`]). `None` where the scan is missing or unreadable.
+/// Contents of the file that an example names: a scan in the folder `scans` or else in `folder`. If the example has a
+/// cut, the file is made in `folder` from the corner of a preset instead ([`write_cut`]). `None` where the scan is
+/// missing or unreadable.
 fn file_contents(
     example: &mut Value,
     file: &str,
@@ -201,10 +202,10 @@ fn file_contents(
     // The cut is removed from the entry, since the page needs only the file.
     if let Some(cut) = example.as_object_mut().and_then(|example| example.remove("cut")) {
         write_cut(&cut, &folder.join(file))?;
+        return Ok(Some(std::fs::read(folder.join(file))?));
     }
-    // A file in `folder`, such as the cut or a scan that an earlier run copied, is preferred to one in `scans`.
-    let own = Some(folder).filter(|folder| folder.join(file).exists());
-    Ok(own.or(scans).and_then(|folder| std::fs::read(folder.join(file)).ok()))
+    // An earlier run may have copied the scan to `folder`.
+    Ok([scans, Some(folder)].into_iter().flatten().find_map(|folder| std::fs::read(folder.join(file)).ok()))
 }
 
 /// Writes the cut of an example to a file: the lower left corner of the preset `cut["preset"]`, a square with sides of
