@@ -67,8 +67,7 @@ public:
     /// That of a perfect conductor is 1. For its index 0 + i, `fresnel_conductor` takes the root of a difference of two
     /// equal numbers: CUDA's root, which is off by up to one unit in the last place, would lower R by up to 5e-4.
     static UnpolarizedSpectrum reflectance(const Float &cos_theta, const Complex &index, bool perfect) {
-        return perfect ? UnpolarizedSpectrum(1.f)
-                       : mitsuba::fresnel_conductor(UnpolarizedSpectrum(cos_theta), index);
+        return perfect ? UnpolarizedSpectrum(1.f) : mitsuba::fresnel_conductor(UnpolarizedSpectrum(cos_theta), index);
     }
 
     /// Mueller matrix of light that arrives along `-from` and leaves along `to`, between the frames of reference that

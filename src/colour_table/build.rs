@@ -24,8 +24,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Upper bound of the [`cost`] of a build, in products of a [`Term`] and a ray: a few seconds on two cores. Larger
-/// values keep longer coherence lengths; smaller ones build faster.
+/// Upper bound of the [`cost`] of a build, in products of a [`Term`] and a ray: a few seconds on two cores. The other
+/// work grows with the range of heights: sinusoids of 10, 120 and 250 µm took 5, 19 and 28 s in all. Larger values keep
+/// longer coherence lengths; smaller ones build faster.
 const COST_MAX: f64 = 1.5e9;
 
 /// Factor by which the coherence length is reduced until the table is small enough. A smaller factor would reduce the
