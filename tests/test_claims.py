@@ -67,7 +67,7 @@ def graphics_card():
     found = card.read()
     rgb, spectral = (found.render_ratio(kind, "sphere", "xenopeltis") for kind in ("rgb", "spectral"))
     if rgb is None or spectral is None:
-        yield "README.md", "On a graphics card (`cuda_ad_rgb`, `cuda_ad_spectral`): not run."
+        yield "README.md", "On a graphics card (`cuda_ad_rgb`, `cuda_ad_spectral`): never run."
         return
     yield (
         "README.md",
