@@ -49,10 +49,10 @@ LUMINANCE = np.array([0.2126729, 0.7151522, 0.072175])
 # Largest relative error of values and densities in single precision. 4096 questions to the scalar and LLVM variants
 # gave at most 1e-5 in spectral variants and 5e-5 in colours.
 RELATIVE = 1e-4
-# Fraction of questions that may exceed RELATIVE. CUDA's root and quotient are off by up to two units in the last place.
-# Such errors, put into the kernels, gave fractions up to 1.5e-3, on the rigorous grating in colours: its efficiencies
-# vary as the root of the distance from an order's horizon. Directions changed by one unit in the last place give 1.2e-3
-# to 1.2e-2. A larger fraction would hide an error in few orders, a smaller one would reject rounding.
+# Fraction of questions that may exceed RELATIVE. CUDA's roots are off by up to one unit in the last place, quotients by
+# two. Such errors, put into the kernels, gave fractions up to 1.5e-3, on the rigorous grating in colours: its
+# efficiencies vary as the root of the distance from an order's horizon. Directions changed by one unit in the last
+# place give 1.2e-3 to 1.2e-2. A larger fraction would hide an error in few orders, a smaller one would reject rounding.
 EXCEEDING = 3e-3
 # Largest error of a component of a sampled direction. A random number is stretched to each interval that it selects,
 # which amplifies its rounding.
