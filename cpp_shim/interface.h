@@ -64,8 +64,8 @@ public:
 
     /// Fresnel reflectance R for unpolarised light at an angle of incidence with the cosine `cos_theta`.
     ///
-    /// A perfect conductor has R = 1. Mitsuba's `fresnel_conductor` would subtract two equal numbers for its index 0 + i
-    /// and take the root. CUDA's roots, off by up to one unit in the last place, would lower R by up to 5e-4.
+    /// A perfect conductor has R = 1. Mitsuba's `fresnel_conductor` would subtract two equal numbers for its index 0 +
+    /// i and take the root. CUDA's roots, off by up to one unit in the last place, would lower R by up to 5e-4.
     static UnpolarizedSpectrum reflectance(const Float &cos_theta, const Complex &index, bool perfect) {
         return perfect ? UnpolarizedSpectrum(1.f) : mitsuba::fresnel_conductor(UnpolarizedSpectrum(cos_theta), index);
     }
